@@ -442,7 +442,7 @@ def _floor(order: Order) -> None:
     from verification.tables import write_tables
 
     parts = {
-        "Coverage with the instrument's own noise taken off": run_floor(
+        "Coverage with the instrument's own noise removed": run_floor(
             ROOT_SEED, _say, order.count(1000), order.workers, order.cache
         )
     }

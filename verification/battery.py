@@ -46,7 +46,7 @@ def run_battery(count: Count, seed: int, say: Say, workers: int) -> dict[str, li
         "U4: 68.27 % interval at the longest lags of 1024 samples": lambda: _long_lags(count(10_000), seed),
         "U7: misfit of the true terms against its chi-square": lambda: _misfit(count(2000), seed),
         "U12: a Gauss-Markov bias taken for flicker": lambda: _wrong_model(count(200), seed, workers),
-        "U14: a line taken off a random walk, AVAR over the truth": lambda: _detrended(count(2000), seed),
+        "U14: a line removed from a random walk, AVAR over the truth": lambda: _detrended(count(2000), seed),
         "U15: 95 % interval of twenty samples": lambda: _twenty(count(4000), seed),
     }
     done = {}
@@ -325,7 +325,7 @@ def _wrong_model(records: int, seed: int, workers: int) -> list[Json]:
 
 
 def _detrended(records: int, seed: int) -> list[Json]:
-    """The curve as it is, and as it would be behind a line taken off; exact ratios of the latter by matrices."""
+    """The curve as it is, and as it would be behind a line removed; exact ratios of the latter by matrices."""
     n, published = 400, {40: 0.83, 100: 0.466, 200: 0.025}
     t = np.arange(n) - (n - 1) / 2
     model = NoiseModel.of(RandomWalk(K=1.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The floor of an instrument, taken off: do the 95 % sets of the sensor hold the sensor?
+"""The floor of an instrument, removed: do the 95 % sets of the sensor hold the sensor?
 
 A sensor is simulated through an instrument, and the instrument once more, alone. Both are fitted together. A set covers
 where it holds the sensor's own coefficient; for a term that the sensor does not have, zero. The difference of the two

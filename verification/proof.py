@@ -26,7 +26,7 @@ CLAIMS = {
     "likelihood": "errors of N, B, T_b, K over the Cramér-Rao bound: likelihood at most 1.10, moments 1.25",
     "selection": "the right terms come first where they can be told; absent ones called present in at most 5 %",
     "spectrum": "intervals of a density, a line, the spectral fit; lags and frequencies disagree where they do",
-    "variation": "constant noise is said to change in at most 5 % of records; changes are found, with intervals",
+    "variation": "constant noise is reported to change in at most 5 % of records; changes are found, with intervals",
     "held": "a sensor slower than its log: its rate, and N of its values each taken once",
     "contaminated": "noise of which a few percent scatter more: N with and without them; no look-alike is called so",
     "shared_noise": "the noise of each of two or three sensors, without the common part, with intervals",

@@ -73,4 +73,4 @@ class FitError(AllaniteError):
 
 
 class DataQualityWarning(UserWarning):
-    """The result is given, and the same caveat stands in it in machine-readable form."""
+    """The result is given, with the same caveat in machine-readable form."""

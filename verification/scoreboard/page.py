@@ -32,7 +32,7 @@ TAIL = """
 ## Run it yourself
 
 The other packages are needed for nothing else; those that are not installed are left out. The programs of the Robot
-Operating System are not run: their published reading rules are written anew as functions of one record
+Operating System are not run: their published reading rules are rewritten as functions of one record
 (`verification/scoreboard/rules.py`), so their speed is not compared.
 
 <!-- skip: twenty minutes, and packages of others -->

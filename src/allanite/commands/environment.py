@@ -89,7 +89,7 @@ def environment_of(
 
 
 def save_residual(measured: MeasurementResult, path: str | os.PathLike[str], *, force: bool = False) -> Path:
-    """Write the recording without what was taken off."""
+    """Write the recording without what was removed."""
     from allanite.files.recording_file import write_recording
 
     return write_recording(measured.result.residual, path, force=force)

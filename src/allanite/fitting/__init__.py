@@ -13,7 +13,7 @@
 ``estimates``   from sets to estimates; ``verdict`` what is supported, in words.
 ``scale``       the uncertainty of the scale factor in the intervals.
 ``advice``      how long to record.
-``instrument_floor``  the noise of an instrument taken off; ``overbound`` a model that lies above the sensor;
+``instrument_floor``  the noise of an instrument removed; ``overbound`` a model that lies above the sensor;
 ``model_difference``  two models beside each other.
 """
 

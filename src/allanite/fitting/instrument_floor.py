@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The instrument's own noise, from a record of its shorted input, taken off the curve of a sensor read through it.
+"""The instrument's own noise, from a record of its shorted input, removed from the curve of a sensor read through it.
 
 Sensor and instrument are independent, so their Allan variances add. `floor_of` brings the floor into the channels of
 the recording, through the same scale factor; `over_floor` takes one curve from the other, lag by lag; the noise model
@@ -355,7 +355,7 @@ def quiet_curve(floor: Recording, name: str, confidence: float) -> AllanCurve:
 
 
 def floor_findings(above: OverFloor, floor: Recording, used: NDArray[np.bool_]) -> list[Finding]:
-    """That the floor of one channel was taken off, and where little is left.
+    """That the floor of one channel was removed, and where little is left.
 
     Parameters
     ----------

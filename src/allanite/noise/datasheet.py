@@ -295,7 +295,7 @@ def _white(read: _Read) -> SheetEntry | None:
         return entry
     if entry.name == "noise_density":
         meanings = {
-            "one-sided": "as a spectrum analyser shows it, N is the density over √2",
+            "one-sided": "as a spectrum analyzer shows it, N is the density over √2",
             "two-sided": "N itself, as in IEEE Std 952, and 60 times it in deg/√h is the angle random walk",
         }
         word = read.word("density_is", "noise_density", meanings)

@@ -73,7 +73,7 @@ def parse_leading_number(text: str) -> tuple[UncertainNumber, str] | None:
         sd = float(match["sd"]) * (abs(value) / 100 if match["percent"] else 1.0)
     if sd is not None and not (math.isfinite(sd) and sd > 0):
         raise InputError(
-            f"{text.strip()!r}: a standard uncertainty is a positive number; leave it out where nobody knows it"
+            f"{text.strip()!r}: a standard uncertainty is a positive number; leave it out if it is unknown"
         )
     return UncertainNumber(value, sd), match["rest"].strip()
 

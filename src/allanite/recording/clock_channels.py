@@ -45,7 +45,7 @@ _POWER_OF_TEN: Final = re.compile(r"(?:1(?:\.0*)?[eE]|10\^|10\*\*|10e)([-+]?\d{1
 
 @dataclass(frozen=True, slots=True)
 class ClockUnit:
-    """One unit of the samples: what it is in seconds, or in fractional frequency, and what is taken off first.
+    """One unit of the samples: what it is in seconds, or in fractional frequency, and what is removed first.
 
     Attributes
     ----------

@@ -43,7 +43,7 @@ class Column(Protocol):
 
 
 class Calculated:
-    """What every column has whose samples are made as they are read: they are float64, and nothing is taken off."""
+    """What every column has whose samples are made as they are read: they are float64, and nothing is removed."""
 
     __slots__ = ()
 

@@ -91,7 +91,7 @@ def channel_study(
     Parameters
     ----------
     environment : EnvironmentEstimate, optional
-        Effects that were taken off the channel.
+        Effects that were removed from the channel.
     floor : Recording, optional
         Of the instrument alone, looked through for faults.
     """
@@ -150,7 +150,7 @@ def _without_lines(curves: Curves, lines: _Lines, request: Request) -> Curves:
 
 
 def _without_environment(curves: Curves, environment: EnvironmentEstimate | None, request: Request) -> Curves:
-    """Curves with what the effects that were taken off held of the noise, too."""
+    """Curves with what the effects that were removed held of the noise, too."""
     if environment is None or environment.correction is None:
         return curves
     fitted = shown = environment.correction.applied(curves.fitted)

@@ -120,7 +120,7 @@ class Overview(Result):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Origin(Result):
-    """What stands in a document beside the fields of its result.
+    """The parts of a document beside the fields of its result.
 
     Attributes
     ----------

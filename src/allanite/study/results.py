@@ -263,7 +263,7 @@ class SensorCurve(Result):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChannelFloor(Result):
-    """The instrument's own noise in one channel, which is taken off.
+    """The instrument's own noise in one channel, which is removed.
 
     Attributes
     ----------
@@ -372,7 +372,7 @@ class ChannelStudy(ChannelModels):
     contamination : Contamination or None
         Where the white noise is contaminated.
     floor : ChannelFloor or None
-        Where the instrument's own noise is taken off: `models` are those of the sensor without it.
+        Where the instrument's own noise is removed: `models` are those of the sensor without it.
     """
 
     mean: float

@@ -195,7 +195,7 @@ def characterize(
     taus : "octave", "decade", "all", int or array_like [s]
     confidence : float
     temperature : str or mapping of channel to str, optional
-        Thermometer, one for all channels or one for each, whose effect is taken off where the record resolves it.
+        Thermometer, one for all channels or one for each, whose effect is removed where the record resolves it.
     warm_up : "model", "cut" or None
         What to do about a warm-up; with a temperature it is looked for in any case, and told.
     floor : Recording, optional

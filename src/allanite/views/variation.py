@@ -32,7 +32,7 @@ _REFERENCES = (
 _METHOD = (
     "Windows share no term, and at long averaging times they are joined until four lags fit into each; lags for which "
     "fewer than four windows are left say nothing about change. How much windows scatter by chance, and how neighbors "
-    "and lags hang together, is the exact covariance under the noise model of the whole record; the level of every lag "
+    "and lags correlate, is the exact covariance under the noise model of the whole record; the level of every lag "
     "is free, so that the model need not fit. Cube roots of variances are nearly normal. Two questions are asked, each "
     "at half the stated rate of false alarms: the chi-square of all windows together, and the largest of all scores of "
     "a step at any time, or a drift, of any term, whose law is simulated for this record. The time of a step has the "

@@ -455,7 +455,7 @@ def _latitude(
 
 
 def _true_rate(case: Case, solution: AlignmentSolution, stand: int, *, bias: bool = True) -> Array:
-    """Mean rate of a stand in the axes of the sensor, its bias taken off, shape (3,)."""
+    """Mean rate of a stand in the axes of the sensor, its bias removed, shape (3,)."""
     errors = case.geometry.errors(solution.parameters, GYRO)
     if not bias:
         errors = replace(errors, bias=np.zeros(3))

@@ -93,7 +93,7 @@ def blocks_of(
     Parameters
     ----------
     warmer : (str, float, ndarray, shape (3,)), optional
-        Channel of the temperature, its reference, and the slope of each axis with it, which is taken off.
+        Channel of the temperature, its reference, and the slope of each axis with it, which is removed.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def _block_size(recording: Recording, spans: Index, models: Sequence[NoiseModel 
 def slope_of_temperature(
     recording: Recording, slope: Array, reference: float | None
 ) -> tuple[str, float, Array] | None:
-    """What has to be taken off for the temperature; None where nothing.
+    """What has to be removed for the temperature; None where nothing.
 
     Raises
     ------

@@ -43,7 +43,7 @@ class CalibrationProblem:
     """Observations over their nominal scale factors, and where to start.
 
     `astray` says that the gyros do not go with the accelerometers; `gains` are y per SI unit, one for each triad;
-    `offsets` nominal biases in y, taken off before.
+    `offsets` nominal biases in y, removed before.
     """
 
     observed: Observed

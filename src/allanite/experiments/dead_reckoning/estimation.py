@@ -32,7 +32,7 @@ _PER_OCTAVE, _OCTAVES = 6, 12
 _LINEAR = math.radians(10.0)
 #: So much of the height's standard deviation may come besides from the second order of the tilt.
 _SECOND_ORDER = 0.1
-#: What the rest does along the vertical, by whether its mean is taken off there.
+#: What the rest does along the vertical, by whether its mean is removed there.
 _VERTICAL = {
     False: "the bias of the vertical accelerometer stays in the height; a rest removes it only with --remove-vertical "
     "(vertical=True)",
@@ -71,10 +71,10 @@ def dead_reckon(
     initial : InitialErrors, optional
         Standard deviations of what is wrong at the start; nothing by default.
     rest : float, optional [s]
-        So long at rest before the start the accelerometers level the unit and the means of the gyros are taken off,
+        So long at rest before the start the accelerometers level the unit and the means of the gyros are removed,
         less the rotation of the Earth. None: the unit starts with its turn-on biases as `initial` has them.
     vertical : bool
-        At rest the mean of the vertical accelerometer, less normal gravity, is taken off as its bias. Otherwise that
+        At rest the mean of the vertical accelerometer, less normal gravity, is removed as its bias. Otherwise that
         bias stays in the height: b t^2/2.
     heading : float [rad]
         Of the x axis, clockwise from north; it matters where the axes differ.

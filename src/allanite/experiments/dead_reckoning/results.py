@@ -125,7 +125,7 @@ class DeadReckoning:
     rest : float or None [s]
         At rest before the start, to level the unit and to take the biases of the gyros off.
     vertical : bool
-        The mean of the vertical accelerometer at rest, less normal gravity, is taken off as well.
+        The mean of the vertical accelerometer at rest, less normal gravity, is removed as well.
     held : bool
         Something else holds the height.
     rate : float [Hz]

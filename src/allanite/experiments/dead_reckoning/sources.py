@@ -18,8 +18,8 @@ Quantisation is the difference of white errors e of the angle (or the velocity).
 driven by A b e, e white of density Q^2 dt, and starts at -b e(0).
 
 At rest before the start, for a time T_0, the mean m of each sensor is taken (m' = s/T_0). The gyros' means, less the
-rotation of the Earth as the attitude of the start says it, are taken off; the accelerometers' means level the unit,
-phi_E = -m_N/g, phi_N = m_E/g. That along the vertical differs from gravity by the bias there; it is taken off only on
+rotation of the Earth as the attitude of the start says it, are removed; the accelerometers' means level the unit,
+phi_E = -m_N/g, phi_N = m_E/g. That along the vertical differs from gravity by the bias there; it is removed only on
 request (`StartingPoint.vertical`), for few navigators do so and it decides what the height is worth.
 """
 
@@ -112,7 +112,7 @@ class StartingPoint:
     held : bool
         The height is known.
     vertical : bool
-        The mean of the vertical accelerometer at rest, less gravity, is taken off.
+        The mean of the vertical accelerometer at rest, less gravity, is removed.
     """
 
     latitude: float
@@ -275,7 +275,7 @@ def _corrected(p: AxisProcess, a: Array, b: Array, place: StartingPoint) -> tupl
     else:
         begun[6:8] = p.along[1] / place.gravity, -p.along[0] / place.gravity
         drift[5] = -b[5] if place.vertical else 0.0
-    # rotation of the Earth and gravity are taken off as the wrong place and attitude say them: these do not drift yet
+    # rotation of the Earth and gravity are removed as the wrong place and attitude say them: these do not drift yet
     at_rest = np.delete(begun, VELOCITY)
     drift[5:] -= np.delete(a, VELOCITY, axis=1)[5:] @ at_rest
     return begun, drift

@@ -53,7 +53,7 @@ def east_west_null(
     latitude : float [rad]
     positions : Reversals
         Dwells with the heading of the sensitive axis from north over east; those within 45 deg of east or west are
-        used, and the little of the Earth that a known heading lets in is taken off.
+        used, and the little of the Earth that a known heading lets in is removed.
     channel : str, optional
         Needed where the recording has several rates.
     stated : SetupUncertainty, optional

@@ -122,7 +122,7 @@ def _level(white: _White, track: Track, vector: Array, covariance: Array) -> tup
     size = float(level @ level)
     through = level @ white.rows[:, :2] / size
     value = float(level @ white.rows[:, 5]) / size - float(through @ vector)
-    first = float(track.blocks.mean[track.used].mean())  # taken off before the fit
+    first = float(track.blocks.mean[track.used].mean())  # removed before the fit
     return first + value, float(np.sqrt(1 / size + through @ covariance @ through))
 
 

@@ -121,7 +121,7 @@ class StepResult:
     mean, residual, sd : float [SI of the channel]
         Mean, what the fit leaves of it, and the standard deviation of that by the noise model.
     corrected : float [SI of the channel]
-        What is left after the slow noise was taken off against the table; NaN where that was not done.
+        What is left after the slow noise was removed against the table; NaN where that was not done.
     used : bool
     why : str
         Why it is not used.

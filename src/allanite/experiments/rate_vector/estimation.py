@@ -87,7 +87,7 @@ def measure_rate_vector(
 
     Notes
     -----
-    The length of a noisy mean m of w is too long by the second order, E|m|^2 = |w|^2 + trace(C), which is taken off.
+    The length of a noisy mean m of w is too long by the second order, E|m|^2 = |w|^2 + trace(C), which is removed.
     Where the sensor was turned between quiet stretches, |w|^2 is the mean of that of the poses, weighted by their time.
     The interval is Student's, and the wider one of the noise model's and that of the scatter of 8, 16 and 32 batches
     of quiet cells. Without a model the noise is averaged over what the record shows of it

@@ -93,7 +93,7 @@ class Combination:
         Of the sensors for each axis; constant in time, chosen for `averaging`.
     averaging : float [s]
     differences : ndarray, shape (n,) [SI]
-        Constant part by which each sensor contradicts the others; taken off before the sensors are weighed.
+        Constant part by which each sensor contradicts the others; removed before the sensors are weighed.
     shared : tuple of SharedNoise
         Every pair of sensors; empty for a record that was not at rest.
     correlation : ndarray, shape (n, n)

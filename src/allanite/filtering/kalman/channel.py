@@ -154,7 +154,7 @@ def channel_space(
 ) -> ChannelSpace:
     """States for samples at interval dt [s] of a record [s].
 
-    Quantisation noise has a mean over the sample of its own: it is noise to be taken off a sample, and no drift.
+    Quantisation noise has a mean over the sample of its own: it is noise to be removed from a sample, and no drift.
     """
     quick = tuple(t for t in model.terms if isinstance(t, Quantisation))
     slow = tuple(t for t in model.terms if not isinstance(t, Quantisation))

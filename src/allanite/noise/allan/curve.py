@@ -270,7 +270,7 @@ class AllanCurve:
     # -- files ------------------------------------------------------------------------------------------------
 
     def to_json(self) -> dict[str, Any]:
-        """Plain data of a one-channel curve, as it stands in a study."""
+        """Plain data of a one-channel curve, as it is in a study."""
         if len(self.channels) != 1:
             raise InputError("to_json takes the curve of one channel: curve['x'].to_json()")
         columns = {k: _plain(getattr(self, k)[:, 0]) for k in ("deviation", "lower", "upper", "edf", "count")}

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Maximum and rms time interval error of a clock's phase: what a window of a given length saw at most, and on average.
 
-They are facts about one record, without degrees of freedom: no interval belongs to them. Nothing is taken off the
+They are facts about one record, without degrees of freedom: no interval belongs to them. Nothing is removed from the
 phase, so that an offset of frequency counts.
 
 References

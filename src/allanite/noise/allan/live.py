@@ -28,7 +28,7 @@ class LiveCurve:
     """OADEV on the octave grid of samples as they come, in fixed memory but for the list of gaps.
 
     The curve of `allan_curve(recording, taus="octave", engine="decimated")` of the same samples, to rounding: the level
-    that is taken off first is another one.
+    that is removed first is another one.
 
     Parameters
     ----------

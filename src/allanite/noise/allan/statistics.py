@@ -207,7 +207,7 @@ class Phase:
 def phase_of(recording: Recording, name: str, progress: Progress | None = None) -> Phase:
     """The phase of one channel, streamed block by block: the only full-length array that is made.
 
-    The first block's mean is taken off before summing: 2.5 V with 1 uV of noise would otherwise be 1 % wrong
+    The first block's mean is removed before summing: 2.5 V with 1 uV of noise would otherwise be 1 % wrong
     after 1e9 samples.
 
     Raises

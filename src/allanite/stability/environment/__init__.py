@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Effects of the environment: temperature and warm-up, told from the noise, taken off, and said.
+"""Effects of the environment: temperature and warm-up, told from the noise, removed, and said.
 
 ``climate``          signal and temperature on blocks
 ``design``           the columns of the regression
@@ -7,7 +7,7 @@
 ``warming``          a warm-up, found by a test
 ``questions``        lag of the thermometer, hysteresis
 ``estimation``       all of it for one channel, or for several
-``effect``           what is taken off, sample by sample
+``effect``           what is removed, sample by sample
 ``correction``       the Allan curve of the residual
 """
 

@@ -2,9 +2,9 @@
 """The Allan curve of a residual, and how to read the noise from it.
 
 A regression takes off not only the effect but also the part of the noise that looks like it: a random walk of which a
-line was taken off has half its Allan variance left at a quarter of the record. How much is known. Let X be the columns
+line was removed has half its Allan variance left at a quarter of the record. How much is known. Let X be the columns
 with covariance C of their coefficients by generalised least squares under noise of covariance V, and X_s those that are
-taken off. Then Cov(noise, error of the coefficients) = X C, the residual has the covariance
+removed. Then Cov(noise, error of the coefficients) = X C, the residual has the covariance
 
     V - X C_s X_s' - X_s C_s' X' + X_s C_ss X_s',                                                       (1)
 
@@ -35,7 +35,7 @@ LEAST = 0.75
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Correction(Result):
-    """What was taken off, by averaging time.
+    """What was removed, by averaging time.
 
     Attributes
     ----------
@@ -46,9 +46,9 @@ class Correction(Result):
     share : ndarray, shape (n,)
         Part of the Allan variance of the record that the effect made up.
     deviation : ndarray, shape (n,) [SI]
-        Allan deviation of what was taken off.
+        Allan deviation of what was removed.
     error : ndarray, shape (n,) [SI]
-        Allan deviation of the error of what was taken off, one standard deviation.
+        Allan deviation of the error of what was removed, one standard deviation.
     before, after : ndarray, shape (n,) [SI]
         Allan deviation of the block means of the record, and of the residual, corrected.
     longest : float [s]
@@ -102,7 +102,7 @@ def correction_of(
     covariance : ndarray, shape (k, k)
         Of their coefficients.
     taken : ndarray of int, shape (s,)
-        Which are taken off.
+        Which are removed.
     values : ndarray, shape (s,)
         Their coefficients.
     model : NoiseModel

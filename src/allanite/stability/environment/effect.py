@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What is taken off a recording, sample by sample, as it is read: no copy of a long record is made."""
+"""What is removed from a recording, sample by sample, as it is read: no copy of a long record is made."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ WENT_WITH_TIME = 1.5
 LEFT = "noise of the thermometer"
 #: Part of a record that a cut has to leave.
 REMAINING = 0.25
-#: Curvature and rate are taken off below this probability: a record has both of them to try.
+#: Curvature and rate are removed below this probability: a record has both of them to try.
 SURE = 0.01
 #: A second exponential is fitted below this probability.
 SECOND = 0.01
@@ -116,7 +116,7 @@ def regress_environment(
     -----
     Generalised least squares on the means of some 1500 blocks (`allanite.filtering.regression`) of level, drift, T,
     T^2, dT/dt and, with `warm_up` "model", exponentials; see `allanite.stability.environment.design`. All of them take
-    part in every interval; only what is resolved is taken off, curvature and rate where p < 0.01. The noise is averaged
+    part in every interval; only what is resolved is removed, curvature and rate where p < 0.01. The noise is averaged
     over what the record leaves open of it; see `allanite.stability.environment.noise_left_open`. The drift is a
     nuisance and stays: a sensor may drift by itself.
     """
@@ -333,7 +333,7 @@ class _Case:
     def estimate(
         self, warming: WarmUp, decays: tuple[WarmUpDecay, ...], near: NoiseModel | None
     ) -> EnvironmentEstimate:
-        """Coefficients, what is taken off, and the residual."""
+        """Coefficients, what is removed, and the residual."""
         climate = Climate.of(self.recording, self.channel, self.temperature)
         design = EnvironmentDesign(climate=climate, decays=decays)
         tails = [n for d in decays for n in d.names]

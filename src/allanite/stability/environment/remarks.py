@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a study says of the environment: findings, so that nothing is taken off and nothing is left in silently."""
+"""What a study says of the environment: findings, so that nothing is removed and nothing is left in silently."""
 
 from __future__ import annotations
 

@@ -172,7 +172,7 @@ class EnvironmentSeries(Result):
     signal, residual : ndarray, shape (n,) [SI]
         Before and after; NaN where samples are missing.
     settling : ndarray, shape (n,) [SI]
-        The part of what was taken off that is a warm-up.
+        The part of what was removed that is a warm-up.
     temperature : ndarray, shape (n,) [unit of the thermometer]
         Empty without one.
     branch : ndarray, shape (n,)
@@ -222,7 +222,7 @@ class EnvironmentFacts(Result):
     taken_off : tuple of str
         Columns that the residual is free of.
     correction : Correction or None
-        Of the Allan curve of the residual; None where nothing was taken off.
+        Of the Allan curve of the residual; None where nothing was removed.
     series : EnvironmentSeries
         For the picture.
     """
@@ -265,9 +265,9 @@ class EnvironmentEstimate(EnvironmentFacts):
     Attributes
     ----------
     effect : Effect or None
-        What was taken off, at any instant.
+        What was removed, at any instant.
     residual : Recording
-        The recording, this channel free of what was taken off, with a step in its history.
+        The recording, this channel free of what was removed, with a step in its history.
     """
 
     effect: Effect | None = field(repr=False)
@@ -290,7 +290,7 @@ class Environment:
     Attributes
     ----------
     residual : Recording
-        Free of what was taken off, in every channel.
+        Free of what was removed, in every channel.
     estimates : tuple of EnvironmentEstimate
     """
 

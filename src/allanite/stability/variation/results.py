@@ -185,7 +185,7 @@ class Variation(Result):
     confidence : float
         Of the intervals.
     false_alarm : float
-        Probability that a channel with constant noise is said to change.
+        Probability that a channel with constant noise is reported to change.
     source : str
         Of the record.
     """

@@ -79,7 +79,7 @@ def branch_panels(estimate: EnvironmentFacts) -> list[Panel]:
 
 
 def deviation_panels(estimate: EnvironmentFacts) -> list[Panel]:
-    """Allan deviation before and after, and of what was taken off with its error; nothing where nothing was."""
+    """Allan deviation before and after, and of what was removed with its error; nothing where nothing was."""
     correction = estimate.correction
     if correction is None:
         return []

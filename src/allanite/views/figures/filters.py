@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A filtered record: measured and corrected samples, the drift that was taken off, and whether the model holds."""
+"""A filtered record: measured and corrected samples, the drift that was removed, and whether the model holds."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def response_panels(document: Json) -> list[Panel]:
 
 
 def step_panels(document: Json) -> list[Panel]:
-    """What the fit leaves of each step, in the order of time, before and after the slow noise was taken off."""
+    """What the fit leaves of each step, in the order of time, before and after the slow noise was removed."""
     steps = [s for s in document["steps"] if s["used"] and s["residual"] is not None]
     size = full_output(document)
     if not steps or not size:

@@ -139,7 +139,7 @@ def _filter_pictures(document: Json) -> list[PageBlock]:
 
 def _filter_method(document: Json) -> list[PageBlock]:
     return [
-        Text("Every noise term of the model is a state, discretised exactly at the sample interval:"),
+        Text("Every noise term of the model is a state, discretized exactly at the sample interval:"),
         *equation("state_space"),
         Text(
             "The filter starts without knowing the level (exact diffuse start), predicts over missing samples, and "

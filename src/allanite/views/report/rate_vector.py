@@ -165,8 +165,8 @@ def _method(document: Json) -> list[PageBlock]:
             "The record is cut into cells. A cell in which an axis moves more than in the quiet ones, at any time "
             "scale, or whose mean is off theirs, is left out with its neighbors. The level of what is left is fitted "
             "in the noise of each axis, by a model that is given or, without one, by the noise of the quiet parts "
-            "themselves averaged over all that they allow. The part that noise adds to the length of a mean is taken "
-            "off. The interval is Student's, and no narrower than the scatter of batches of cells."
+            "themselves averaged over all that they allow. The part that noise adds to the length of a mean is "
+            "removed. The interval is Student's, and no narrower than the scatter of batches of cells."
         ),
         Text(
             "A length that agrees with the Earth is no proof that the biases are small: they may happen to make it up. "

@@ -17,7 +17,7 @@ Json = Mapping[str, Any]
 
 
 def show_environment(document: Json, files: Sequence[object] = ()) -> None:
-    """Coefficients, facts and what was taken off, channel by channel."""
+    """Coefficients, facts and what was removed, channel by channel."""
     out = console()
     percent = f"{100 * document['confidence']:g} % interval"
     for estimate in map(EnvironmentFacts.from_json, document["channels"]):

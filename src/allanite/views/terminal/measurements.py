@@ -191,7 +191,7 @@ def show_plan(document: Json, files: Sequence[object] = ()) -> None:
 
 
 def show_filtered(document: Json, files: Sequence[object] = ()) -> None:
-    """Whether the model holds, what was taken off, and what is left."""
+    """Whether the model holds, what was removed, and what is left."""
     from allanite.views.wording import consistency_lines, filter_lines
 
     out = console()

@@ -56,7 +56,7 @@ _SCATTERED = {"m/s²": ("mg", _MG), "rad/s": ("deg/h", DEG_H), "rad": ("mrad", 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DisplayUnit:
-    """How people read a number: the unit, its size in that of the document, and what is taken off before."""
+    """How people read a number: the unit, its size in that of the document, and what is removed before."""
 
     text: str
     factor: float = 1.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Effects of the environment in people's words: coefficients, lag, branches, warm-up, and what was taken off."""
+"""Effects of the environment in people's words: coefficients, lag, branches, warm-up, and what was removed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ __all__ = [
     "temperature_unit",
 ]
 
-#: Averaging times at which a table tells what was taken off, at most.
+#: Averaging times at which a table tells what was removed, at most.
 _ROWS = 6
 
 
@@ -120,7 +120,7 @@ def _chance(warm: WarmUp) -> str:
 
 
 def effect_lines(estimate: EnvironmentFacts) -> list[tuple[str, str, str, str, str]]:
-    """By averaging time: deviation before, of what was taken off, its error, share of the curve, noise left."""
+    """By averaging time: deviation before, of what was removed, its error, share of the curve, noise left."""
     correction = estimate.correction
     if correction is None:
         return []

@@ -88,7 +88,7 @@ LOG: dict[str, FindingKind] = {
         group=_TEXT,
         severity="warning",
         means="rows with too few or too many cells",
-        risk="samples are missing there, or stand in the wrong column",
+        risk="samples are missing there, or are in the wrong column",
         done="read as missing",
         advice="look at the rows listed",
     ),

@@ -48,7 +48,7 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "implausible_exponents": (
         "overload words; a drift over decades",
-        "nine tenths of the magnitudes span over 60 powers of two; then nothing else is said of the channel",
+        "nine tenths of the magnitudes span over 60 powers of two; then nothing else is reported",
     ),
     "only_grows": (
         "a strong drift; an accumulated angle with its unit",
@@ -257,7 +257,7 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "gravity": (
         "an accelerometer triad in motion",
-        "where the unit turned, its usual second counts; where it moves all along, nothing is said; mix-ups are named",
+        "where the unit turned, its usual second counts; one that moves all along is left alone; mix-ups are named",
     ),
     "unit_trap": (
         "a vibrating gyro",

@@ -92,7 +92,7 @@ SENSOR: dict[str, FindingKind] = {
     "unit_missing": FindingKind(
         group=_MEANING,
         severity="warning",
-        means="nobody knows the unit of the channel",
+        means="the unit of the channel is unknown",
         risk="results stay in the channel's own unit and cannot be exported",
         done="kept in its own unit; never guessed",
         advice="state it: --unit NAME=UNIT",
