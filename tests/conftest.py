@@ -31,6 +31,12 @@ ROOT = Path(__file__).resolve().parent.parent
 # Looking for cycles after every 700 objects, as is usual, takes a fortieth of the time of all tests.
 gc.set_threshold(50_000, 20, 50)
 
+
+def pytest_collection_finish() -> None:
+    """What is loaded and collected by now stays: nobody looks for cycles in it again, and again, and at the end."""
+    gc.freeze()
+
+
 # How long an example takes says how busy the machine is.
 settings.register_profile("allanite", deadline=None)
 settings.load_profile("allanite")

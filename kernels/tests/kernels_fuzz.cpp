@@ -189,7 +189,7 @@ void one_round(Chance& chance) {
     online_kernel<double>(chance, y, missing);
     online_kernel<float>(chance, y, missing);
     curve_fit(chance, odd);
-    pool_likelihood(chance, odd);
+    if (!chance.below(8)) pool_likelihood(chance, odd);
 }
 
 }  // namespace

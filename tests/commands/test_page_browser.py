@@ -27,6 +27,7 @@ from allanite.commands.study import write_results
 from allanite.files.recording_file import write_recording
 from allanite.recording.records import Recording
 from page_client import served as serving
+from real_browser import opened_browser
 from sample_calibration import estimate
 
 SERIES = ".series .plot[data-drawn]"
@@ -111,18 +112,9 @@ def served(tmp_path: Path, recordings: Path, calls: set[Any]) -> Iterator[tuple[
 @pytest.fixture(scope="module")
 def chromium() -> Iterator[Any]:
     """A browser to which only this machine has a name: the network is off."""
-    api = pytest.importorskip(
-        "playwright.sync_api", reason="playwright is not installed: pip install playwright"
-    )
-    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if program is None:
-        pytest.skip("no chromium: sudo apt-get install chromium")
-    quiet = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update"]
     alone = ["--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--no-proxy-server"]
-    with api.sync_playwright() as play:
-        opened = play.chromium.launch(executable_path=program, args=[*quiet, *alone])
-        yield opened
-        opened.close()
+    with opened_browser(*alone) as browser:
+        yield browser
 
 
 def complaining(view: Any, own: str) -> list[str]:

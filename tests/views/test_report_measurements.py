@@ -28,6 +28,7 @@ from allanite.views.figures.records import overview
 from allanite.views.report import html_of, render_file
 from allanite_seed_paper import twin as seed_paper
 from pages import Balance, document_of, text_of
+from real_browser import opened_browser
 
 FACTS = {"rate": 32.0, "samples": 23040, "duration": 720.0, "channels": [], "history": []}
 NASTY = "</script><img src=x onerror=alert(1)>{{ 7*7 }}\"'&"
@@ -261,16 +262,8 @@ def test_al_render_writes_it(measured: dict[str, Any], tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    api = pytest.importorskip(
-        "playwright.sync_api", reason="playwright is not installed: pip install playwright"
-    )
-    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if program is None:
-        pytest.skip("no chromium: sudo apt-get install chromium")
-    with api.sync_playwright() as play:
-        opened = play.chromium.launch(executable_path=program, args=["--no-sandbox", "--disable-gpu"])
-        yield opened
-        opened.close()
+    with opened_browser() as browser:
+        yield browser
 
 
 def test_a_browser_draws_it_wide_and_narrow(browser: Any, measured: dict[str, Any], tmp_path: Path) -> None:
