@@ -6,6 +6,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 JOBS   ?= 3
 FUZZ_SECONDS ?= 600
+MYPY_NUM_WORKERS ?= 2
 # Some machines forbid compiled Python; hundreds of tests start the program, and each would compile it anew.
 export PYTHONDONTWRITEBYTECODE :=
 
@@ -56,7 +57,7 @@ docs: $(VENV)/.dev ## bring the generated reference pages up to date, run every 
 lint: $(VENV)/.dev ## style, types, the import contract and bandit
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	MYPY_NUM_WORKERS=2 $(BIN)/mypy --strict src examples/seed_paper/allanite_seed_paper
+	MYPY_NUM_WORKERS=$(MYPY_NUM_WORKERS) $(BIN)/mypy --strict src examples/seed_paper/allanite_seed_paper
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/bandit -q -c pyproject.toml -r src examples
 
