@@ -434,7 +434,11 @@ def _exp_rest(u: Array) -> Array:
     rest = np.asarray(np.exp(-u) - 1 + u - u**2 / 2)
     small = u < 0.5
     s = u[small]
-    rest[small] = s**3 * np.polynomial.polynomial.polyval(s, _EXP_SERIES)
+    series = np.full_like(s, _EXP_SERIES[-1])
+    for coefficient in _EXP_SERIES[-2::-1]:  # Horner, in place: this is the inner loop of a covariance
+        series *= s
+        series += coefficient
+    rest[small] = s**3 * series
     return rest
 
 

@@ -118,6 +118,7 @@ class LikelihoodSearch:
 
     def _step(self, at: Point, value: LikelihoodValue, held: frozenset[int]) -> tuple[Array, float]:
         """Step of (c, ln T), and how much it promises."""
+        from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
         from scipy.optimize import nnls
 
         n, g, H = len(at.c), value.gradient, value.information
@@ -128,20 +129,23 @@ class LikelihoodSearch:
         step = np.zeros(len(g))
         if not moving:
             return step, 0.0
-        H, g = H[np.ix_(moving, moving)], g[moving]
-        scale = np.sqrt(np.diag(H))
-        H = H / np.outer(scale, scale)
+        places = np.array(moving)
+        H, g = H[places[:, None], places], g[places]
+        scale = np.sqrt(H.diagonal())
+        H = H / (scale[:, None] * scale)
         H.flat[:: len(H) + 1] = 1 + 1e-9
         shortest = math.log(self.times[0])
         here = np.array(
             [at.c[i] if i < n else math.log(at.components[timed[i - n]].T or 1) - shortest for i in moving]
         )
-        L = np.linalg.cholesky(H)
+        L, refused = dpotrf(H, lower=1, clean=1)
+        if refused:
+            raise np.linalg.LinAlgError("the expected information is not positive definite")
         y = here * scale
         target = H @ y + g / scale
-        wanted = np.linalg.solve(H, target)
+        wanted = dpotrs(L, target, lower=1)[0]
         if wanted.min() < 0:
-            wanted = nnls(L.T, np.linalg.solve(L, target), maxiter=50 * len(H))[0]
+            wanted = nnls(L.T, dtrtrs(L, target, lower=1)[0], maxiter=50 * len(H))[0]
         d = wanted - y
         promised = float(d @ (g / scale) - d @ H @ d / 2)
         step[moving] = d / scale

@@ -91,12 +91,10 @@ def modes_of(values: Array, extra: Array, block: int) -> Modes | None:
     low = n - 1 if n <= FEW else LOW
     if n == len(values) and white.var() < _EVEN * white.mean() ** 2:
         white = np.full(n, white.mean())
-        u, shape = _of_whole(n, low)
+        u, shape = _contrasts_of(len(values), here.tobytes(), np.ones(n).tobytes(), low)
         u, shape = u / np.sqrt(white[0]), shape / white[0]
     else:
-        u = np.zeros((n - 1, len(values)))
-        u[:, here] = slow_contrasts(here, white, n - 1)[1]
-        shape = _shape(u, low)
+        u, shape = _contrasts_of(len(values), here.tobytes(), white.tobytes(), low)
     first, second = np.tril_indices(low)
     spread = np.stack(
         [np.concatenate([((u * e)[:low] @ u[:low].T)[first, second], u**2 @ e]) for e in extra.T[:KINDS]]
@@ -114,9 +112,11 @@ def modes_of(values: Array, extra: Array, block: int) -> Modes | None:
 
 
 @lru_cache(maxsize=4)
-def _of_whole(n: int, low: int) -> tuple[Array, Array]:
-    """Contrasts of n rows without gaps, and their shape, for unit variance."""
-    u = slow_contrasts(np.arange(n), np.ones(n), n - 1)[1]
+def _contrasts_of(places: int, here: bytes, white: bytes, low: int) -> tuple[Array, Array]:
+    """Contrasts of the rows that are there, over all places, and their shape; of the channels of a unit these agree."""
+    at, variance = np.frombuffer(here, dtype=np.int64), np.frombuffer(white)
+    u = np.zeros((len(at) - 1, places))
+    u[:, at] = slow_contrasts(at, variance, len(at) - 1)[1]
     shape = _shape(u, low)
     u.flags.writeable = shape.flags.writeable = False
     return u, shape

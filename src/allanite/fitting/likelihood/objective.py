@@ -21,6 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -160,9 +161,11 @@ class Objective:
     scale: float
     _vectors: _Vectors = field(init=False)
     _expected: dict[RandomTerm, Array] = field(default_factory=dict)
-    _nodes: dict[int, Array] = field(default_factory=dict)
+    _nodes: dict[RandomTerm, Array] = field(init=False)
 
     def __post_init__(self) -> None:
+        layout = self.pyramid.layout
+        self._nodes = {} if layout is None else _nodes_of(layout, self.sampling)
         # constant samples have nothing to say, as the caller sees by the scale
         scale = self.scale if self.scale > 0 and math.isfinite(self.scale) else 1.0
         self._vectors = _Vectors.of(self.pyramid, scale)
@@ -202,7 +205,7 @@ class Objective:
                 self._expected = {k: v for k, v in self._expected.items() if k.T is None}
             T = component.T
             self._expected[component] = (
-                self._computed(component) if T is None else self._between(component.symbol, math.log(T))
+                self._node(component) if T is None else self._between(component.symbol, math.log(T))
             )
         return self._expected[component]
 
@@ -227,7 +230,8 @@ class Objective:
         place = log_time / _SPACING
         low = math.floor(place)
         s = place - low
-        ends = np.concatenate([self._node(symbol, low), self._node(symbol, low + 1)])
+        near = (RandomTerm(symbol, math.exp(k * _SPACING)) for k in (low, low + 1))
+        ends = np.concatenate([self._node(component) for component in near])
         rise, rest = 3 * s**2 - 2 * s**3, 1 - s
         slope = 6 * s * rest / _SPACING
         weights = np.array(
@@ -238,11 +242,11 @@ class Objective:
         )
         return np.asarray(weights @ ends)
 
-    def _node(self, symbol: str, number: int) -> Array:
-        """All covariances of a Gauss-Markov term at a correlation time of the grid in two rows."""
-        if number not in self._nodes:
-            self._nodes[number] = self._computed(RandomTerm(symbol, math.exp(number * _SPACING)))
-        return self._nodes[number]
+    def _node(self, component: RandomTerm) -> Array:
+        """All covariances of a term; of a Gauss-Markov term at a correlation time of the grid, in two rows."""
+        if component not in self._nodes:
+            self._nodes[component] = self._computed(component)
+        return self._nodes[component]
 
     def _series(self, units: Sequence[TermType], count: int, block: int) -> Array:
         return np.array([autocovariance(u, count, block, self.sampling) for u in units])
@@ -288,6 +292,12 @@ class Objective:
         if at.averaged and at.slope is None and slope_information > 0:
             value += (_LOG_2_PI - math.log(slope_information)) / 2
         return LikelihoodValue(value, head[3:], information, slope * scale, slope_information)
+
+
+@lru_cache(maxsize=4)
+def _nodes_of(layout: tuple[int, int], sampling: str) -> dict[RandomTerm, Array]:
+    """Covariances that records of one length without gaps share, such as the channels of a unit."""
+    return {}
 
 
 def _scale(pyramid: LikelihoodPyramid) -> float:

@@ -103,6 +103,8 @@ class LikelihoodPyramid:
         comparable with the density of the samples.
     gaps : tuple of Gaps
         Level by level.
+    layout : (int, int) or None
+        Rows and samples in a row, where no row is missing: all but what the values say follows from them.
     """
 
     pools: tuple[Pool, ...]
@@ -110,6 +112,7 @@ class LikelihoodPyramid:
     present: int
     log_volume: float
     gaps: tuple[Gaps, ...] = ()
+    layout: tuple[int, int] | None = None
 
 
 def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> LikelihoodPyramid:
@@ -147,6 +150,7 @@ def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> LikelihoodPyr
         present=present,
         log_volume=float(volume),
         gaps=tuple(Gaps(level.block, level.gap_shape, level.gap_walk) for level in levels),
+        layout=(n_rows, lowest) if present == n_rows else None,
     )
 
 
