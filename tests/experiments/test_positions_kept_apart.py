@@ -306,7 +306,7 @@ def test_models_go_by_the_names_that_are_mapped(run: Run, folder: Path, tmp_path
         key = "parameters" if command == "calibrate" else "last"
         assert json.loads(own.out)[key] == json.loads(other.out)[key]
         refused = run(*arguments, "--model", tmp_path / "other.json")
-        (way,) = re.findall(r"--model-channels (\S+) \(", refused.err)
+        (way,) = re.findall(r"--model-channels ([^\s)]+)", refused.err)
         copied = run(*arguments, "--model", tmp_path / "other.json", "--model-channels", way)
         assert json.loads(copied.out)[key] == json.loads(own.out)[key]
 

@@ -70,7 +70,7 @@ def test_a_floor_that_does_not_fit_is_refused_with_the_reason(rng: np.random.Gen
         with pytest.raises(InputError, match=words):
             floor_of(sensor, floor)
     curve = al.allan_curve(sensor)
-    with pytest.raises(InputError, match="off the oadev curve, not off mdev"):
+    with pytest.raises(InputError, match="from the oadev curve, not from mdev"):
         over_floor(al.allan_curve(sensor, statistic="mdev"), floor_of(sensor, volts(y)))
     with pytest.raises(InputError, match="through the scale factor first"):
         al.fit(curve, floor=al.allan_curve(volts(y)))

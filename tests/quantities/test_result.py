@@ -109,7 +109,7 @@ def test_numbers_that_do_not_exist_are_null_and_not_a_number() -> None:
         ({"parts": [{}]}, r"allanite-toy\.parts\[0\]\.size is missing"),
         (
             {"parts": [{"size": 1.0, "colours": ["green"]}]},
-            r"colors\[0\]: one of 'red', 'blue' is expected, not 'green'",
+            r"colours\[0\]: one of 'red', 'blue' is expected, not 'green'",
         ),
         ({"parts": [3]}, r"parts\[0\]: an object is expected, not 3"),
         ({"values": ["x"]}, r"values: a list of numbers is expected"),

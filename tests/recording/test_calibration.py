@@ -377,7 +377,7 @@ def test_b11_calibrations_that_make_no_sense_are_refused(change: dict[str, Any],
 
 @pytest.mark.parametrize(
     ("sds", "message"),
-    [({"gyro.colour": 1.0}, "no parameter 'gyro.color'"), ({"gyro.bias": -1.0}, "not negative"),
+    [({"gyro.colour": 1.0}, "no parameter 'gyro.colour'"), ({"gyro.bias": -1.0}, "not negative"),
      ({"gyro.bias": math.nan}, "finite")],
 )  # fmt: skip
 def test_b11_repeatabilities_that_make_no_sense_are_refused(sds: dict[str, float], message: str) -> None:
