@@ -129,7 +129,7 @@ def test_the_verdict_says_what_is_resolved_what_is_bounded_and_what_is_doubtful(
     )
     assert any("does not explain the curve of gyro_z (p < 0.001)" in s for s in doubts)
     assert any(
-        s.startswith("The record does not show by itself, but bounds: Q below")
+        s.startswith("Not resolved: Q below")
         for s in wording.verdict(accelerometer)
     )
 

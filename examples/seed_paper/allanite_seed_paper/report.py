@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from allanite.plain_files.counted import listed
 from allanite.views.blocks import (
     Banner,
     Cell,
@@ -76,7 +77,7 @@ def page(document: Json) -> Page:
             Section(
                 id="told",
                 title="The filter that is told the rate",
-                short="Told the rate",
+                short="Given the rate",
                 blocks=_told(document),
             ),
             Section(id="bound", title="What any estimator can reach", short="Bound", blocks=_bound(document)),
@@ -103,23 +104,30 @@ def _short(document: Json) -> list[PageBlock]:
     minute = next(row for row in document["bound"] if not row["flicker"] and row["dead_time"] == 0)["sd"][0]
     takes = ", ".join(str(row["take"]) for row in resolved) or "none"
     items = [
-        f"The week gives the noise of the sensor: {week_words(document['week'])}.",
-        f"Takes that resolve the Earth's rotation as they are: {takes}.",
+        "All data are simulated, so the truth is known; no estimate uses it.",
+        f"The week determines the noise of the sensor: {week_words(document['week'])}.",
+        f"Takes that resolve the Earth's rotation without help: {takes}.",
         _warming(document),
         _circle(document),
-        f"No estimator can do it in a minute: the noise of the sensor leaves {share(minute)} of the rate in 60 s.",
+        f"One minute is too short for any estimator: the sensor's noise leaves {share(minute)} of the rate in 60 s.",
         _errors(document),
     ]
     return [
         Banner(
             "good",
-            "Everything here is simulated, so the truth is known.",
-            "Each number was found without it: the turns from the signal, the noise model from the simulated week.",
+            f"Earth's rotation: {_answer(rows[0])}.",
+            f"Known: {rows[0]['earth_rate'] / DEG_H:.2f} deg/h.",
         ),
         *bullets(items),
         _figure(document["figures"], "four-takes"),
         Text("Take 4 is shown with its warm-up fitted beside the rate.", note=True),
     ]
+
+
+def _answer(take: Json) -> str:
+    """The rate of a take with its standard deviation."""
+    rate, sd = take["rate"] / DEG_H, take["sd"] / DEG_H
+    return f"{rate:.1f} ± {sd:.1f} deg/h in {duration(take['duration'])}"
 
 
 def _fourth(document: Json) -> tuple[Json, Json]:
@@ -132,8 +140,8 @@ def _fourth(document: Json) -> tuple[Json, Json]:
 def _warming(document: Json) -> str:
     plain, fitted = _fourth(document)
     return (
-        f"The fourth take, 15 min after power-on, is made to warm up. As it is, its verdict is “{plain['verdict']}”; "
-        f"with the warm-up fitted beside the rate it is “{fitted['verdict']}”."
+        "The fourth take begins 15 min after power-on and includes a warm-up. Its verdict is "
+        f"“{plain['verdict']}”, and “{fitted['verdict']}” when the warm-up is fitted with the rate."
     )
 
 
@@ -143,9 +151,9 @@ def _circle(document: Json) -> str:
         ", ".join(number(row[key] / DEG_H) for row in rows) for key in ("mean_reference", "mean_corrected")
     )
     return (
-        "The filter that “converges to the true value within 30 to 60 s” is told the true value. Told "
-        f"{rates} deg/h in turn, the unsigned mean of take 1 comes out as {means} deg/h. Such a filter removes noise "
-        "against a known rate; it does not measure."
+        "The filter that “converges to the true value within 30 to 60 s” is given the true value. Given "
+        f"{rates} deg/h, it returns {means} deg/h as the unsigned mean of take 1. Such a filter removes noise against "
+        "a known rate; it does not measure."
     )
 
 
@@ -153,10 +161,10 @@ def _errors(document: Json) -> str:
     rows = [row for row in document["takes"] if not row.get("remark") and row["bound"]]
     off = {row["take"]: abs(row["published"] - row["earth_rate"]) / row["bound"] for row in rows}
     far = {take: sds for take, sds in off.items() if sds > _SEEN}
-    takes = ", ".join(f"{take} by {sds:.1f}" for take, sds in far.items())
+    takes, sigmas = listed([str(take) for take in far]), listed([f"{sds:.1f}" for sds in far.values()])
     return (
-        f"Published results that noise alone does not explain, by take and standard deviations of the bound: {takes}. "
-        "Those takes carried errors that are not noise. Which ones cannot be known; three that would suffice are shown."
+        f"Takes {takes} of the paper are off by {sigmas} sigma, more than noise allows. They had other errors, which "
+        "cannot be identified now; three that would suffice are shown."
     )
 
 

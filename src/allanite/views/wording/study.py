@@ -325,7 +325,7 @@ def verdict(group: ChannelGroup[C]) -> list[str]:
     sentences = [s for symbol in COLUMNS if (s := _statement(group, symbol))]
     absent = [a for symbol in COLUMNS if (a := _absent(group, symbol))]
     if absent:
-        sentences.append(f"The record does not show by itself, but bounds: {', '.join(absent)}.")
+        sentences.append(f"Not resolved: {', '.join(absent)}.")
     return sentences
 
 
