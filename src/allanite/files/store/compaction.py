@@ -195,6 +195,8 @@ class _GroupRows:
         try:
             with pq.ParquetFile(parquet_place(self.path), page_checksum_verification=True) as file:
                 column = file.read_row_group(self.group, columns=[name], use_threads=False).column(0)
+                if len(column) != self.count:
+                    raise ValueError(f"{name} has {len(column)} of {self.count} rows")
                 return numbers_of(column).astype(np.float64, copy=False)
         except (pa.ArrowException, OSError, ValueError) as error:
             raise FormatError(f"{self.path.name}: row group {self.group} is damaged ({error})") from None
