@@ -65,9 +65,10 @@ _WAYS: dict[str, Callable[[al.Recording], Any]] = {
 
 
 def _selected(record: al.Recording) -> Any:
-    """The best set; "rivals" where its terms are said to be open."""
+    """The best set; "rivals" where its terms are said to be open, flicker beside a Gauss-Markov term among them."""
     found = al.select(record)
-    facts = {**found.model.goodness, **({} if found.sure else {"rivals": len(found.rivals)})}
+    told = not found.sure or "further Gauss-Markov terms" in found.verdict
+    facts = {**found.model.goodness, **({"rivals": len(found.rivals)} if told else {})}
     return replace(found.model, goodness=facts)
 
 

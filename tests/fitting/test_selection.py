@@ -192,3 +192,11 @@ def test_refusals(walking: Selection) -> None:
         select(made, channel="nowhere")
     with pytest.raises(DataQualityError, match="usable samples"):
         select(Recording.from_rate(np.arange(5.0), rate=1.0, unit="rad/s"))
+
+
+def test_flicker_beside_a_gauss_markov_term_may_be_more_of_them(walking: Selection) -> None:
+    """Three of them look like one and flicker; no set that is tried has three."""
+    words = "may be the sum of further Gauss-Markov terms"
+    best = replace(walking.best, letters=("N", "B", "G"))
+    assert words in replace(walking, candidates=(best, *walking.candidates[1:])).verdict
+    assert words not in walking.verdict

@@ -128,10 +128,7 @@ def test_the_verdict_says_what_is_resolved_what_is_bounded_and_what_is_doubtful(
         s.startswith("gyro_y: the record cannot decide. The Gauss-Markov family gives N 0.3") for s in doubts
     )
     assert any("does not explain the curve of gyro_z (p < 0.001)" in s for s in doubts)
-    assert any(
-        s.startswith("Not resolved: Q below")
-        for s in wording.verdict(accelerometer)
-    )
+    assert any(s.startswith("Not resolved: Q below") for s in wording.verdict(accelerometer))
 
 
 def test_the_limit_of_several_channels_is_the_largest() -> None:

@@ -227,6 +227,8 @@ class Selection:
             text = f"The likeliest set is {best.words} ({best.weight:.0%} of the weight), but it may be {listed}."
         if not self.explained:
             text += f" No set explains it well (p = {best.maximum.p:.1g}): something else is in the record."
+        if {"B", "G"} <= set(best.letters):  # the search has two Gauss-Markov terms at the most
+            text += " Its flicker may be the sum of further Gauss-Markov terms; a record cannot exclude that."
         return text + stand_in_words(self.slow, "its Allan curve")
 
     def curve(self) -> AllanCurve:
