@@ -83,6 +83,9 @@ def test_a_study_of_version_1_says_what_it_said(place: Path) -> None:
             assert [tuple(getattr(a, f) for f in facts) for a in channel.advice] == [
                 tuple(a[f] for f in facts) for a in entry["advice"]
             ]
+            for advice, words in zip(channel.advice, (a["text"] for a in entry["advice"]), strict=True):
+                if "no record" not in words:  # which says it of either kind
+                    assert advice.resolved == ("would stand out" not in words)
         for symbol, slope in entry["slopes"].items():
             note = slope if symbol == "note" else slope["note"] if slope["value"] is not None else ""
             assert " ".join(note.replace("-", "−").split()) in said.replace("-", "−")
