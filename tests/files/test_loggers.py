@@ -112,7 +112,7 @@ def test_frames_of_a_bus_are_read_the_way_the_refusal_says(tmp_path: Path) -> No
     path = written(tmp_path / "candump.log", lines)
     with pytest.raises(FormatError) as refusal:
         read(path)
-    command = re.search(r"as in (sed .*? >frames\.txt)", str(refusal.value))
+    command = re.search(r"in its folder: (sed .*? >frames\.txt)", str(refusal.value))
     assert command is not None
     subprocess.run(command[1].replace("110#", "320#"), shell=True, check=True, cwd=tmp_path)
     layout = {

@@ -367,7 +367,7 @@ def _no_table(head: Sequence[str], name: str) -> FormatError:
         hint = ". If these are hexadecimal words, a layout with 'lines:' reads them (--layout)"
     elif frame := _CAN_FRAME.match((filled or [""])[0]):
         hint = (
-            ". These are frames of a CAN bus. Write those of one identifier as words, as in sed -nE "
+            ". These are frames of a CAN bus. Write those of one identifier as words, in its folder: sed -nE "
             f"'s/^\\(([0-9.]+)\\) \\S+ {frame[1]}#([0-9A-F]+).*/\\1,\\2/p' {for_shell(name)} >frames.txt, and read "
             "frames.txt by a layout with 'lines:' (--layout)"
         )
