@@ -56,3 +56,9 @@ def test_the_british_spelling_is_understood(run: Run) -> None:
         run("characterise", "--help").out.replace("characterise", "characterize")
         == run("characterize", "--help").out
     )
+
+
+@pytest.mark.parametrize(("name", "command"), list(commands()), ids=[name for name, _ in commands()])
+def test_no_name_is_broken_at_its_hyphen(name: str, command: click.Command) -> None:
+    """A docstring that was wrapped there shows `rate- table.json`."""
+    assert not re.search(r"\w-\s+\w", command.help or "")

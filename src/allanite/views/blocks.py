@@ -235,8 +235,7 @@ class Drawn(PageBlock):
 class Findings(PageBlock):
     """What was found in the record; its `rate` [Hz] turns samples into times.
 
-    Where they come `first`, a terminal begins with how many there are and ends with a line for each kind; otherwise it
-    ends with the grave ones.
+    Where they come `first`, a terminal ends with a line for each kind; otherwise with the grave ones.
     """
 
     kind = "findings"

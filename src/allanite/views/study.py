@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from allanite.noise import NoiseModel
+from allanite.plain_files.counted import plural
 from allanite.quantities.display_units import display_unit
 from allanite.recording.health import Finding
 from allanite.stability.environment.results import EnvironmentFacts
@@ -49,6 +50,7 @@ from allanite.views.wording import (
     effect_lines,
     environment_facts,
     environment_sentences,
+    findings_headline,
     floor_lines,
     groups,
     is_poor,
@@ -159,17 +161,19 @@ def _facts(record: StudiedRecord) -> list[tuple[str, str]]:
 
 
 def _verdict(study: Study) -> Iterator[PageBlock]:
-    rate, accepted = study.recording.rate, [f for f in study.findings if f.accepted]
-    for finding in accepted:
-        row = finding_row(finding, rate)
+    record = study.recording
+    tone, words = findings_headline(study.findings)
+    about = f"{plural(len(record.channels), 'channel')}, {duration(record.duration)} at {record.rate:.7g} Hz."
+    yield Banner(tone, words, about)
+    for finding in (f for f in study.findings if f.accepted):
+        row = finding_row(finding, record.rate)
         risk = f" The risk: {row.risk}." if row.risk else ""
-        words = f"({row.channel}): {row.message}.{risk}"
-        yield Banner("fatal", f"Accepted despite “{row.code}”", words, brief=False)
+        yield Banner(
+            "fatal", f"Accepted despite “{row.code}”", f"({row.channel}): {row.message}.{risk}", brief=False
+        )
     gravest = worst(f for f in study.findings if not f.accepted)
     if gravest is not None:
-        yield _worst(gravest, rate)
-    elif not accepted:
-        yield Banner("good", "No problems found.", "", brief=False)
+        yield _worst(gravest, record.rate)
     for words in environment_sentences(c.environment for c in study.channels):
         yield Banner("warning", "Environment:", words)
     yield from parameter_blocks(study.channels)

@@ -12,13 +12,14 @@ from allanite.commands.cli.options import (
     MODEL,
     Acceleration,
     Angle,
-    Names,
     Rate,
     Share,
     accept_option,
+    confidence_option,
     log_options,
     model_channels_option,
     place_of,
+    rest_options,
 )
 from allanite.commands.cli.positions import (
     for_means,
@@ -63,20 +64,7 @@ _HEADED = "first.csv=0 turned.csv=180"
     type=Acceleration(),
     help="Repeatability or uncertainty of the accelerometer biases, 1 sigma: 1mg.",
 )
-@click.option(
-    "--gyro", type=Names(), metavar="NAMES", help="Gyro channels x, y, z, where the units do not tell."
-)
-@click.option(
-    "--accelerometer",
-    type=Names(),
-    metavar="NAMES",
-    help="Accelerometer channels x, y, z, where the units do not tell.",
-)
-@click.option(
-    "--spans",
-    type=click.Path(exists=True, dir_okay=False),
-    help="CSV of the rests: start,stop in seconds.  [default: found]",
-)
+@rest_options
 @click.option(
     "--rotating/--resting", "rotation", default=None, help="The unit turned continuously.  [default: found]"
 )
@@ -98,9 +86,7 @@ _HEADED = "first.csv=0 turned.csv=180"
     default=0.0,
     help="Uncertainty of the mounting and of each heading: 0.1deg.",
 )
-@click.option(
-    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
-)
+@confidence_option
 @accept_option
 @result_options
 def align(

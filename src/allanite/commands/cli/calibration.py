@@ -10,11 +10,12 @@ import click
 from allanite.commands.cli.options import (
     MODEL,
     Latitude,
-    Names,
     accept_option,
+    confidence_option,
     log_options,
     model_channels_option,
     place_of,
+    rest_options,
 )
 from allanite.commands.cli.positions import files_of, for_means, means_options, position_options, single_log
 from allanite.commands.cli.program import command
@@ -71,20 +72,7 @@ class Numbers(Listed):
     metavar="M/S2",
     help="Standard uncertainty of gravity: 0.0003.",
 )
-@click.option(
-    "--gyro", type=Names(), metavar="NAMES", help="Gyro channels x, y, z, where the units do not tell."
-)
-@click.option(
-    "--accelerometer",
-    type=Names(),
-    metavar="NAMES",
-    help="Accelerometer channels x, y, z, where the units do not tell.",
-)
-@click.option(
-    "--spans",
-    type=click.Path(exists=True, dir_okay=False),
-    help="CSV of the rests: start,stop in seconds.  [default: found]",
-)
+@rest_options
 @click.option("--without", type=Numbers(), default=(), help="Positions to exclude: 7,12; a turn: 7-8.")
 @click.option(
     "--frame",
@@ -102,9 +90,7 @@ class Numbers(Listed):
     help="Also fit temperature slopes; report biases at this temperature.",
 )
 @click.option("--temperature", metavar="CHANNEL", help="Temperature channel, if there are several.")
-@click.option(
-    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
-)
+@confidence_option
 @accept_option
 @result_options
 def calibrate(

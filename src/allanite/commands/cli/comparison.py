@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from allanite.commands.cli.options import accept_option, log_options, place_of
+from allanite.commands.cli.options import accept_option, confidence_option, log_options, place_of
 from allanite.commands.cli.program import command
 from allanite.commands.cli.results import Destination, result_options
 
@@ -25,9 +25,7 @@ __all__ = ["compare"]
     help="Channels to compare: x, or one name per record: x,gyro_x (repeatable).",
 )
 @accept_option
-@click.option(
-    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
-)
+@confidence_option
 @click.option("--level", type=float, default=0.05, show_default=True, help="Significance level of the tests.")
 @result_options
 def compare(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from allanite.commands.cli.options import Duration, force_option, json_option, print_json
+from allanite.commands.cli.options import Duration, force_option, json_option, print_json, seed_option
 from allanite.commands.cli.program import command
 
 __all__ = ["demo"]
@@ -20,13 +20,7 @@ __all__ = ["demo"]
 @click.option(
     "--out", default="demo", show_default=True, type=click.Path(file_okay=False), help="Output folder."
 )
-@click.option(
-    "--seed",
-    type=int,
-    default=1,
-    show_default=True,
-    help="Random seed; the same seed gives the same samples.",
-)
+@seed_option(1)
 @click.option(
     "--duration",
     type=Duration(),

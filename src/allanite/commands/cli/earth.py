@@ -19,6 +19,7 @@ from allanite.commands.cli.options import (
     Rate,
     Share,
     accept_option,
+    confidence_option,
     log_options,
     model_channels_option,
     place_of,
@@ -104,9 +105,7 @@ def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> No
 @click.option(
     "--misalignment", type=Angle(), default=0.0, help="Misalignment of the axes on the table: 0.1deg."
 )
-@click.option(
-    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the interval."
-)
+@confidence_option
 @accept_option
 @result_options
 def north(

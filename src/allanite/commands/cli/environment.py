@@ -10,6 +10,7 @@ import click
 from allanite.commands.cli.options import (
     MODEL,
     accept_option,
+    confidence_option,
     environment_options,
     log_options,
     place_of,
@@ -25,9 +26,7 @@ __all__ = ["environment"]
 @log_options
 @environment_options
 @click.option("--model", metavar="MODEL", help=f"{MODEL}  [default: fitted to the log]")
-@click.option(
-    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
-)
+@confidence_option
 @click.option(
     "-o",
     "--output",

@@ -15,6 +15,7 @@ from allanite.commands.cli.options import (
     force_option,
     log_options,
     place_of,
+    seed_option,
 )
 from allanite.commands.cli.program import LOSS, command
 
@@ -32,13 +33,7 @@ __all__ = ["convert", "export", "report", "simulate"]
 )
 @click.option("--rate", type=float, help="Sample rate in Hz.  [default: that of the study]")
 @click.option("--duration", type=Duration(), required=True, help="Length: 3600, 12h, 7d.")
-@click.option(
-    "--seed",
-    type=int,
-    default=0,
-    show_default=True,
-    help="Random seed; the same seed gives the same samples.",
-)
+@seed_option(0)
 @click.option("--sampling", type=click.Choice(["mean", "point"]), default="mean", show_default=True)
 @click.option("--unit", type=ByChannel(), help="Unit of the written samples.  [default: SI]")
 @force_option

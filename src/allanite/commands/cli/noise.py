@@ -12,6 +12,7 @@ from allanite.commands.cli.options import (
     Frequencies,
     Lags,
     accept_option,
+    confidence_option,
     floor_option,
     force_option,
     json_option,
@@ -65,9 +66,7 @@ def info(log: str, as_json: bool, **options: Any) -> int:
     show_default=True,
     help="exact, decimated (bounded memory), or auto.",
 )
-@click.option(
-    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
-)
+@confidence_option
 @floor_option
 @click.option("-o", "--output", help="Output file for the curve (CSV, accepted by `fit`); - for stdout.")
 @click.option("--plot", "figure", type=click.Path(dir_okay=False), help="Save a figure: .pdf, .svg or .png.")

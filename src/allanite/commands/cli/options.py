@@ -17,7 +17,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import click
 
 from allanite.commands.cli.repeated import Listed
-from allanite.commands.option import ACCEPT, FLOOR, READING, STATISTICS, TEMPERATURE, WARM_UP, Option
+from allanite.commands.option import (
+    ACCEPT,
+    CONFIDENCE,
+    FLOOR,
+    READING,
+    STATISTICS,
+    TEMPERATURE,
+    WARM_UP,
+    Option,
+)
 from allanite.commands.option import MODEL as _MODEL
 
 if TYPE_CHECKING:
@@ -43,6 +52,7 @@ __all__ = [
     "Share",
     "accept_option",
     "click_option",
+    "confidence_option",
     "environment_options",
     "floor_option",
     "force_option",
@@ -52,6 +62,8 @@ __all__ = [
     "model_channels_option",
     "place_of",
     "print_json",
+    "rest_options",
+    "seed_option",
     "statistic_option",
     "turn_options",
     "typed",
@@ -411,6 +423,33 @@ def turn_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def floor_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """The instrument's own noise."""
     return click_option(FLOOR)(command)
+
+
+def confidence_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Of intervals."""
+    return click_option(CONFIDENCE)(command)
+
+
+def seed_option(default: int) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Of what is simulated."""
+    text = "Random seed; the same seed gives the same samples."
+    return click.option("--seed", type=int, default=default, show_default=True, help=text)
+
+
+def rest_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Which channels are the axes of a unit, and where it rested."""
+    options = [
+        click.option(
+            f"--{sensor}", type=Names(), metavar="NAMES",
+            help=f"{words} channels x, y, z, where the units do not tell.",
+        )
+        for sensor, words in (("gyro", "Gyro"), ("accelerometer", "Accelerometer"))
+    ]  # fmt: skip
+    file = click.Path(exists=True, dir_okay=False)
+    text = "CSV of the rests: start,stop in seconds.  [default: found]"
+    for option in reversed([*options, click.option("--spans", type=file, help=text)]):
+        command = option(command)
+    return command
 
 
 def force_option(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -15,6 +15,7 @@ from allanite.commands.cli.options import (
     Names,
     Share,
     accept_option,
+    confidence_option,
     log_options,
     place_of,
 )
@@ -61,9 +62,7 @@ _AXES = ("vertical", "up", "down", "horizontal", "unknown")
 @click.option(
     "--misalignment", type=Angle(), default=0.0, help="Angle between sensor and table axis: 0.1deg."
 )
-@click.option(
-    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
-)
+@confidence_option
 @accept_option
 @result_options
 def rate_table(
@@ -74,8 +73,8 @@ def rate_table(
     """Calibrate gyros on a rate table.
 
     Estimates scale factor, bias, nonlinearity and misalignment. The table's record is a CSV of steps, encoder angles,
-    rates, or sinusoids. The two clocks are aligned; settling and clipping are excluded. --out writes report.html, rate-
-    table.json and, for steps, steps.csv.
+    rates, or sinusoids. The two clocks are aligned; settling and clipping are excluded. --out writes report.html,
+    rate-table.json and, for steps, steps.csv.
     """
     from allanite.commands.rate_table import rate_table_of
     from allanite.experiments.rate_table import TableUncertainty

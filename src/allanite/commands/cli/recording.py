@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.commands.cli.options import ByChannel, Duration, json_option, place_of, print_json
+from allanite.commands.cli.options import ByChannel, Duration, json_option, place_of, print_json, seed_option
 from allanite.commands.cli.program import LOSS, cli, example_of
 from allanite.errors import FormatError, InputError, LimitError
 
@@ -167,13 +167,7 @@ def serial(port: str, description: str, as_json: bool, **options: Any) -> int:
 @click.option("--model", required=True, help="A study, a model file, a data sheet, or words: 'N=0.3 deg/√h'.")
 @click.option("--rate", type=float, help="Sample rate in Hz.  [default: that of the study]")
 @click.option("--speed", type=float, default=1.0, show_default=True, help="Speed-up over real time.")
-@click.option(
-    "--seed",
-    type=int,
-    default=0,
-    show_default=True,
-    help="Random seed; the same seed gives the same samples.",
-)
+@seed_option(0)
 @click.option("--unit", type=ByChannel(), help="Unit of the samples.  [default: SI]")
 @_run_options
 def simulated(

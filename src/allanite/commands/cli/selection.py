@@ -7,12 +7,7 @@ from typing import Any
 
 import click
 
-from allanite.commands.cli.options import (
-    Frequencies,
-    accept_option,
-    log_options,
-    place_of,
-)
+from allanite.commands.cli.options import Frequencies, accept_option, confidence_option, log_options, place_of
 from allanite.commands.cli.program import command
 from allanite.commands.cli.results import Destination, result_options
 
@@ -23,9 +18,7 @@ __all__ = ["select"]
 @click.argument("log")
 @log_options
 @click.option("--lines", type=Frequencies(), default="auto", show_default=True, help=Frequencies.__doc__)
-@click.option(
-    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
-)
+@confidence_option
 @accept_option
 @result_options
 def select(log: str, to: Destination, **options: Any) -> int:

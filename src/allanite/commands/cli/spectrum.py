@@ -7,13 +7,7 @@ from typing import Any
 
 import click
 
-from allanite.commands.cli.options import (
-    MODEL,
-    Duration,
-    Share,
-    log_options,
-    place_of,
-)
+from allanite.commands.cli.options import MODEL, Duration, Share, confidence_option, log_options, place_of
 from allanite.commands.cli.program import command
 from allanite.commands.cli.results import Destination, result_options
 
@@ -46,9 +40,7 @@ __all__ = ["spectrum"]
 @click.option(
     "--overlap", type=Share(), default="50%", show_default=True, help="Overlap of the Welch segments."
 )
-@click.option(
-    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
-)
+@confidence_option
 @result_options
 def spectrum(
     log: str, method: str, segment: float | None, window: str, overlap: float, confidence: float,

@@ -30,7 +30,6 @@ from allanite.views.terminal.parts import (
     TONES,
     say_facts,
     say_files,
-    say_headline,
     say_indented,
     say_rows,
 )
@@ -68,7 +67,6 @@ def show_page(
         findings = [block for block in blocks if isinstance(block, Findings)]
         for each in (block for block in findings if block.first):
             show_movement(each.findings)
-            say_headline(out, each, page.facts)
         show_blocks(blocks, style=style)
         for each in findings:
             _show_findings(each, style)

@@ -7,13 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.plain_files.counted import plural
 from allanite.plain_files.printable import printable
 from allanite.recording.health import Finding
-from allanite.views.blocks import Findings
 from allanite.views.terminal.console import table_of
 from allanite.views.terminal.study import show_findings
-from allanite.views.wording import check_lines, findings_headline, headline, sentence, tone
+from allanite.views.wording import check_lines, headline, sentence, tone
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -25,7 +23,6 @@ __all__ = [
     "say_end",
     "say_facts",
     "say_files",
-    "say_headline",
     "say_indented",
     "say_rows",
     "say_verdict",
@@ -90,18 +87,6 @@ def say_indented(out: Console, text: str, style: str = "") -> None:
     from rich.text import Text
 
     out.print(Padding(Text(text, style), (0, 0, 0, 2), expand=False))
-
-
-def say_headline(out: Console, block: Findings, facts: Sequence[tuple[str, str]]) -> None:
-    """Whether the record is sound, and what it is, in one line."""
-    from rich.text import Text
-
-    tone, words = findings_headline(block.findings)
-    known = dict(facts)
-    count = int(known["Channels"])
-    record = f"{plural(count, 'channel')}, {known['Length']} at {known['Rate']}"
-    out.print(Text.assemble((words, TONES[tone]), f" {record}."))
-    out.print()
 
 
 def say_files(out: Console, files: Sequence[object]) -> None:
