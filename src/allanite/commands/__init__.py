@@ -13,7 +13,6 @@ Names below load on first use, as those of `allanite` do.
 """
 
 _HOMES = {
-    "comparison_of": "comparison",
     "describe": "recordings",
     "export_of": "exporting",
     "fit_file": "curves",

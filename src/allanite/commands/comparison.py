@@ -19,7 +19,6 @@ from allanite.recording.channel_names import for_shell
 
 __all__ = ["comparison_of"]
 
-Json = Mapping[str, Any]
 Advance = Callable[[float, str], None]
 
 #: Part of the work that reading and characterising take.
@@ -31,11 +30,11 @@ def comparison_of(
     places: Sequence[str | os.PathLike[str]],
     *,
     names: Sequence[str] | None = None,
-    matches: Sequence[str | Sequence[str]] | None = None,
+    match: Sequence[str] = (),
     accept: Sequence[str] = (),
-    compare: Mapping[str, Any] | None = None,
+    confidence: float = 0.95,
+    level: float = 0.05,
     command: str | None = None,
-    threads: int | None = None,
     progress: Advance | None = None,
     **options: Any,
 ) -> MeasurementResult:
@@ -46,10 +45,12 @@ def comparison_of(
     places : sequence of path
     names : sequence of str, optional
         Of the records; by default those of the files.
-    matches : sequence, optional
-        `channels` of `allanite.stability.record_comparison.compare`, whose further options `compare` holds.
+    match : sequence of str
+        Channels to compare, each by one name, or by one for each record with commas between.
     accept : sequence of str
         Codes of fatal findings of logs to go on in spite of.
+    confidence, level : float
+        As for `allanite.stability.record_comparison.compare`.
     **options
         Those of `read_part`, for the logs.
 
@@ -58,33 +59,32 @@ def comparison_of(
     InputError
         Fewer than two places, one that is not there, or what `compare` refuses.
     """
-    from allanite.stability.record_comparison import compare as compared
+    from allanite.stability.record_comparison import compare
+    from allanite.study.result_document import Provenance, ResultDocument
 
     if len(places) < 2:
         raise InputError(f"{len(places)} record; a comparison needs two at least")
-    advance = progress or (lambda fraction, what: None)
+    files, advance = [Path(p) for p in places], progress or (lambda fraction, what: None)
     reading = _Reading(len(places), advance)
-    with ThreadPoolExecutor(threads or min(len(places), os.cpu_count() or 1)) as pool:
+    with ThreadPoolExecutor(min(len(places), os.cpu_count() or 1)) as pool:
         records = list(
-            pool.map(
-                lambda task: _record(Path(task[1]), accept, options, reading.part(task[0])), enumerate(places)
-            )
+            pool.map(lambda task: _record(task[1], accept, options, reading.part(task[0])), enumerate(files))
         )
-    _refuse_unknown_units([Path(p) for p in places], [record for record, _ in records])
-    result = compared(
+    _refuse_unknown_units(files, [record for record, _ in records])
+    result = compare(
         [record for record, _ in records],
-        names=list(names) if names else _names([Path(p) for p in places]),
-        channels=matches,
-        threads=threads,
+        names=list(names) if names else _names(files),
+        channels=[m.split(",") if "," in m else m for m in match] or None,
+        confidence=confidence,
+        level=level,
         progress=lambda fraction, what: advance(_READING + (1 - _READING) * fraction, what),
-        **(compare or {}),
     )
-    document = {**result.to_json(), "provenance": provenance(", ".join(map(str, places)), None, command)}
+    made = provenance(", ".join(map(str, places)), None, command)
     return MeasurementResult(
         result=result,
-        document=document,
+        document=ResultDocument(result=result, provenance=Provenance(**made)),
         name="comparison",
-        tables={"parameters.csv": _rows(document)},
+        tables={},
         lossy=any(lossy for _, lossy in records),
     )
 
@@ -181,20 +181,3 @@ def _names(places: Sequence[Path]) -> list[str] | None:
         if len(set(made)) == len(made):
             return made
     return None
-
-
-def _rows(document: Json) -> list[dict[str, Any]]:
-    """One row for each parameter of each record [SI]."""
-    rows = []
-    for channel in document["channels"]:
-        for parameter in [*channel["parameters"], *([channel["bias"]] if channel["bias"] else [])]:
-            for record, value in zip(document["records"], parameter["records"], strict=True):
-                rows.append(
-                    {
-                        "channel": channel["name"],
-                        "parameter": parameter["symbol"],
-                        "record": record["name"],
-                        **value,
-                    }
-                )
-    return rows

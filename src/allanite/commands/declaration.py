@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A command that takes a log and yields a document, declared once: the command line and the page offer it from here."""
+"""A command that takes a log, or several, and yields a document, declared once for the command line and the page."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from allanite.commands.option import Option
 from allanite.errors import InputError
@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult
     from allanite.quantities.result import Result
 
-__all__ = ["Command", "Conflict"]
+__all__ = ["Command", "Conflict", "Place"]
 
+Place = str | os.PathLike[str]
 Advance = Callable[[float, str], None]
 
 
@@ -46,7 +47,7 @@ class Conflict:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
-    """What a user can ask of a log.
+    """What a user can ask of a log, or of several.
 
     Attributes
     ----------
@@ -59,6 +60,8 @@ class Command:
     example : str
     options : tuple of Option
         Besides those of reading a log and of where the result goes; `run` takes each under its name.
+    takes : str
+        "recording", or "recordings": two or more, which `work` gets in a list.
     run : str
         "module:function" that makes a `Result` of a recording; "" where `work` does more than that.
     work : str
@@ -88,6 +91,7 @@ class Command:
     details: str
     example: str
     options: tuple[Option, ...]
+    takes: Literal["recording", "recordings"] = "recording"
     run: str = ""
     work: str = ""
     tables: Mapping[str, str] = field(default_factory=dict)
@@ -116,16 +120,16 @@ class Command:
 
     def measure(
         self,
-        log: str | os.PathLike[str],
+        log: Place | Sequence[Place],
         *,
         accept: Collection[str] = (),
-        model: str | os.PathLike[str] | None = None,
+        model: Place | None = None,
         command: str | None = None,
         source: str | None = None,
         progress: Advance | None = None,
         **options: object,
     ) -> MeasurementResult:
-        """Carry it out on a log.
+        """Carry it out on a log, or on several.
 
         Parameters
         ----------
@@ -149,7 +153,7 @@ class Command:
         """
         if refusal := self.refusal(options):
             raise InputError(refusal)
-        make = self._by_work if self.work else self._by_run
+        make: Callable[..., MeasurementResult] = self._by_work if self.work else self._by_run
         measured = make(
             log, accept=accept, model=model, command=command, source=source, progress=progress, **options
         )
@@ -161,19 +165,19 @@ class Command:
         return replace(measured, tables={file: [*rows(measured.result)] for file, rows in tables.items()})
 
     def _by_work(
-        self, log: str | os.PathLike[str], *, model: str | os.PathLike[str] | None, **options: object
+        self, log: Place | Sequence[Place], *, model: Place | None, source: str | None, **options: object
     ) -> MeasurementResult:
         work: Callable[..., MeasurementResult] = _loaded(self.work)
         if any(o.python == "model" for o in self.options):
             options["model"] = model
-        return work(log, **options)
+        return work(log, **options, **({"source": source} if self.takes == "recording" else {}))
 
     def _by_run(
         self,
-        log: str | os.PathLike[str],
+        log: Place,
         *,
         accept: Collection[str],
-        model: str | os.PathLike[str] | None,
+        model: Place | None,
         command: str | None,
         source: str | None,
         progress: Advance | None,

@@ -11,6 +11,7 @@ import csv
 import io
 import itertools
 import json
+import math
 import os
 import platform
 import re
@@ -225,13 +226,18 @@ def save_json(document: Json, path: Path, *, force: bool) -> Path:
     return path
 
 
+def _cell(value: object) -> object:
+    """As a cell of a table: empty for a number that does not exist."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return ""
+    return as_label(value) if isinstance(value, str) else value
+
+
 def _save_table(rows: Sequence[Json], path: Path, *, force: bool) -> Path:
     text = io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0]) if rows else ["number"], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(
-        {key: as_label(v) if isinstance(v, str) else v for key, v in row.items()} for row in rows
-    )
+    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
     with fresh(path, force=force) as place:
         place.write_text(text.getvalue(), encoding="utf-8")
     return path

@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from allanite.commands.characterize import CHARACTERIZE
-from allanite.commands.declaration import Command
+from allanite.commands.compare import COMPARE
+from allanite.commands.declaration import Command, Place
 from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.variation import VARIATION
 
@@ -16,9 +17,11 @@ if TYPE_CHECKING:
 
 __all__ = ["COMMANDS", "measure"]
 
-COMMANDS: Mapping[str, Command] = {command.name: command for command in (CHARACTERIZE, VARIATION, EARTH_RATE)}
+COMMANDS: Mapping[str, Command] = {
+    command.name: command for command in (CHARACTERIZE, VARIATION, COMPARE, EARTH_RATE)
+}
 
 
-def measure(name: str, log: str, **options: object) -> MeasurementResult:
-    """Carry out a command on a log; see `Command.measure`."""
+def measure(name: str, log: Place | Sequence[Place], **options: object) -> MeasurementResult:
+    """Carry out a command on a log, or on several; see `Command.measure`."""
     return COMMANDS[name].measure(log, **options)  # type: ignore[arg-type]

@@ -56,6 +56,20 @@ class Quantity(Result):
         """The record gives the number and its interval."""
         return self.status is QuantityStatus.RESOLVED
 
+    def shown(self, factor: float = 1.0) -> str:
+        """In a unit of which one is `factor` in SI, without its name.
+
+        >>> Quantity.of(0.0013304, (0.0012801, 0.0013822), "V").shown(1e-3)
+        '1.330 [1.280, 1.382]'
+        >>> limit = Quantity(value=math.nan, lower=0.0, upper=0.02, unit="V", status=QuantityStatus.UPPER_LIMIT)
+        >>> limit.shown(1e-3), Quantity.of(math.nan, (0.0, math.inf), "V").shown()
+        ('< 20.0', '–')
+        """
+        if math.isnan(self.value):
+            return "–" if math.isnan(self.upper) else f"< {number(self.upper / factor)}"
+        value, lower, upper = interval(self.value / factor, self.lower / factor, self.upper / factor)
+        return f"{value} [{lower}, {upper}]"
+
     def __str__(self) -> str:
         """With the digits that the interval allows.
 
@@ -66,5 +80,4 @@ class Quantity(Result):
             return f"{number(self.value)} ({self.status})"
         if self.unit == "s":
             return f"{duration(self.value)} [{duration(self.lower)}, {duration(self.upper)}]"
-        value, lower, upper = interval(self.value, self.lower, self.upper)
-        return f"{value} [{lower}, {upper}]" + ("" if self.unit == "1" else f" {self.unit}")
+        return self.shown() + ("" if self.unit == "1" else f" {self.unit}")

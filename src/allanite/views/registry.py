@@ -16,6 +16,11 @@ __all__ = ["VIEWS", "document_of", "view_of"]
 VIEWS: Mapping[str, tuple[str, str, str]] = {
     "allanite-study": ("allanite.study.study", "Study", "allanite.views.study"),
     "allanite-variation": ("allanite.stability.variation", "Variation", "allanite.views.variation"),
+    "allanite-comparison": (
+        "allanite.stability.record_comparison",
+        "Comparison",
+        "allanite.views.comparison",
+    ),
     "allanite-earth-rate": (
         "allanite.experiments.earth_rate",
         "EarthRateEstimate",

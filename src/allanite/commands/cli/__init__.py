@@ -10,7 +10,6 @@ the commands, so that help is quick. One module for each family of commands; imp
 from allanite.commands.cli import declared
 from allanite.commands.cli import noise
 from allanite.commands.cli import selection
-from allanite.commands.cli import comparison
 from allanite.commands.cli import spectrum
 from allanite.commands.cli import files
 from allanite.commands.cli import filtering
@@ -42,7 +41,6 @@ __all__ = [
     "alignment",
     "calibration",
     "cli",
-    "comparison",
     "datasheet",
     "dead_reckoning",
     "declared",

@@ -20,19 +20,26 @@ __all__: list[str] = []
 def _offered(declared: Command) -> None:
     """Put a command under the program."""
 
-    def run(log: str, to: Destination, style: dict[str, bool] | None = None, **options: Any) -> int:
+    several = declared.takes == "recordings"
+
+    def run(
+        log: str | tuple[str, ...], to: Destination, style: dict[str, bool] | None = None, **options: Any
+    ) -> int:
         from allanite.views.terminal import TerminalStyle, show_document
 
         shown = partial(show_document, style=TerminalStyle(**style or {}))
         given = {name: value for name, value in options.items() if value is not None}
         if refusal := declared.refusal(given):
             raise click.UsageError(refusal)
-        return to.by_default(declared.folder, log).deliver(
+        name = log if isinstance(log, str) else None
+        return to.by_default(declared.folder, name or "").deliver(
             declared.stem,
-            lambda **known: declared.measure(place_of(log), **known, **given),
+            lambda **known: declared.measure(
+                place_of(log) if isinstance(log, str) else [*map(place_of, log)], **known, **given
+            ),
             shown,
             tables=declared.beside,
-            log=log,
+            log=name,
         )
 
     run.__doc__ = f"{declared.summary}\n\n{declared.details}"
@@ -42,7 +49,11 @@ def _offered(declared: Command) -> None:
         *((style_options,) if declared.summarized else ()),
         with_options(declared.options),
         log_options,
-        click.argument("log"),
+        (
+            click.argument("log", nargs=-1, required=True, metavar="RECORD RECORD...")
+            if several
+            else click.argument("log")
+        ),
     ):
         run = bundle(run)
     command(declared.example, declared.name)(run)

@@ -139,7 +139,6 @@ def _check_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: 
 
 
 def _measured_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
-    subject = [list(subjects)] if kind.takes == "recordings" else list(subjects)
     function = f"commands.{kind.function}"
     if spelt.arguments.get("null"):
         spelt = Spelt(
@@ -147,14 +146,15 @@ def _measured_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spel
             stated=spelt.stated,
         )  # fmt: skip
         function = "commands.null_of"
-    call = _call(function, subject, spelt, reading if kind.reads else None)
+    call = _call(function, subjects, spelt, reading if kind.reads else None)
     return (
         f"from allanite import commands\n\nmeasured = {call}\ncommands.write_measurement(measured, {out!r})"
     )
 
 
 def _declared_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
-    call = _call("commands.measure", [kind.command, *subjects], spelt, reading)
+    logs = [list(subjects)] if kind.takes == "recordings" else subjects
+    call = _call("commands.measure", [kind.command, *logs], spelt, reading)
     return (
         f"from allanite import commands\n\nmeasured = {call}\ncommands.write_measurement(measured, {out!r})"
     )
@@ -186,7 +186,7 @@ def _declared(command: Command) -> JobKind:
     return JobKind(
         title=command.title,
         command=command.name,
-        takes="recording",
+        takes=command.takes,
         options={o.python: o for o in command.options},
         required=tuple(o.python for o in command.options if o.required),
         lines=_declared_lines,
@@ -333,21 +333,6 @@ KINDS: Mapping[str, JobKind] = {
         function="plan_of",
         results=("plan.json",),
         reads=False,
-    ),
-    "compare": JobKind(
-        title="Compare recordings",
-        command="compare",
-        takes="recordings",
-        options={
-            "names": option("names", "--names", "Names of the records."),
-            "confidence": option("number", "--confidence", "Confidence level of the intervals.",
-                inside="compare", default=0.95),
-            "level": option("number", "--level", "Significance level of the tests.", inside="compare", default=0.05),
-            "accept": ACCEPT,
-        },
-        lines=_measured_lines,
-        function="comparison_of",
-        results=("comparison.json",),
     ),
     "export": JobKind(
         title="Export",

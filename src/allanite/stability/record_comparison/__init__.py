@@ -13,10 +13,12 @@ part in both with all that it knows of a parameter: its profile, also where that
 ``curves``      the test of the Allan curves, lag by lag and all together, without a model of their shape.
 ``population``  mean, spread and next sensor: random effects.
 ``bias``        the mean of each record, with its uncertainty by the noise model.
-``results``     Comparison and what it is made of.
+``results``     Comparison and what it is made of; ``verdict`` what it may come to, ``words`` says it in a sentence.
+``remarks``     what a reader must know besides.
 """
 
 from allanite.stability.record_comparison.estimation import compare
-from allanite.stability.record_comparison.results import Comparison
+from allanite.stability.record_comparison.results import ChannelComparison, Comparison, ParameterComparison
+from allanite.stability.record_comparison.verdict import ComparisonVerdict
 
-__all__ = ["Comparison", "compare"]
+__all__ = ["ChannelComparison", "Comparison", "ComparisonVerdict", "ParameterComparison", "compare"]

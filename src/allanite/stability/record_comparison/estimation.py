@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -13,19 +13,21 @@ import numpy as np
 from allanite.errors import InputError
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV
 from allanite.fitting.objective import advantage
+from allanite.quantities.display_units import si_unit
 from allanite.stability.record_comparison.bias import bias_profiles
 from allanite.stability.record_comparison.curves import compared, holm, ratios
 from allanite.stability.record_comparison.equality import joint_law, joint_loss
 from allanite.stability.record_comparison.evidence import Evidence, evidence_of
 from allanite.stability.record_comparison.parameters import bias_comparison, parameter_comparison
 from allanite.stability.record_comparison.pooled import model_of, pooled_fit
-from allanite.stability.record_comparison.remarks import remarks_of
 from allanite.stability.record_comparison.results import (
     ChannelComparison,
     ComparedCurve,
     ComparedRecord,
     Comparison,
     Equality,
+    FamilyEvidence,
+    FamilyName,
     Outlier,
     ParameterComparison,
 )
@@ -117,7 +119,6 @@ def compare(
         channels=_adjusted([c for _, c in comparisons]),
         level=level,
         confidence=confidence,
-        remarks=remarks_of([s for s, _ in comparisons], [c for _, c in comparisons]),
     )
 
 
@@ -180,14 +181,16 @@ def _channel(
     shared = model_of(series[0], pooled)
     models = [shared if p >= level else model_of(e.series, e.best) for e in evidence]
     bias = bias_profiles(series, models, confidence)
-    records = [s.record for s in series]
+    records, kind, unit = [s.record for s in series], series[0].kind.value, series[0].unit
     return ChannelComparison(
         name=name,
-        kind=series[0].kind.value,
-        unit=series[0].unit,
+        kind=kind,
+        unit=unit,
         channels=tuple(s.channel for s in series),
         family=family,
         families=families,
+        unexplained=tuple(s.record for s in series if s.fit.data.discrepancy > 0),
+        apertures_differ=len({s.curve.channels[0].aperture for s in series}) > 1,
         curves=tuple(_drawn(e) for e in evidence),
         tau=curves.tau,
         lag_p=curves.lag_p,
@@ -197,8 +200,10 @@ def _channel(
         p=p,
         outlier=_outlier(records, [r[2] for r in curves.records], curves.rest),
         parameters=_parameters(evidence, confidence),
-        bias=None if bias is None else bias_comparison(records, bias, confidence),
-        model=shared.to_json(),
+        bias=None
+        if bias is None
+        else bias_comparison(records, bias, confidence, si_unit(kind, "mean", unit)),
+        model=shared,
     )
 
 
@@ -206,17 +211,19 @@ def _equality(statistic: float, dof: float, p: float) -> Equality:
     return Equality(statistic=statistic, dof=dof, p=p, p_adjusted=min(2 * p, 1.0))
 
 
-def _family(series: Sequence[FittedChannel]) -> tuple[str, tuple[str, ...]]:
+def _family(series: Sequence[FittedChannel]) -> tuple[FamilyName, tuple[FamilyEvidence, ...]]:
     """The family that all records together prefer, and what each supports by itself."""
-    flicker, markov, each = 0.0, 0.0, []
+    flicker, markov, each = 0.0, 0.0, list[FamilyEvidence]()
+    evidence: Mapping[tuple[bool, bool], FamilyEvidence] = {
+        (True, True): "neither", (True, False): "gauss-markov", (False, True): "flicker", (False, False): "both"
+    }  # fmt: skip
     for s in series:
         data = s.fit.data
         against_flicker = max(advantage(data, s.fit.markov, s.fit.flicker), 0.0)
         against_markov = max(advantage(data, s.fit.flicker, s.fit.markov), 0.0)
         flicker, markov = flicker + against_flicker, markov + against_markov
         rejected = against_flicker > _REJECTS_FLICKER, against_markov > _REJECTS_GAUSS_MARKOV
-        words = {(True, True): "neither", (True, False): "gauss-markov", (False, True): "flicker"}
-        each.append(words.get(rejected, "both"))
+        each.append(evidence[rejected])
     better = flicker - markov > _PREFERS_GAUSS_MARKOV + _PREFERS_EACH * len(series)
     return ("gauss-markov" if better else "flicker"), tuple(each)
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from allanite.quantities.display_units import si_unit
+from allanite.quantities.quantity import Quantity, QuantityStatus
 from allanite.stability.record_comparison.equality import (
     detectable,
     least,
@@ -23,7 +26,6 @@ from allanite.stability.record_comparison.results import (
     Equality,
     Outlier,
     ParameterComparison,
-    RecordParameter,
     SensorSpread,
 )
 
@@ -39,7 +41,12 @@ def parameter_comparison(evidence: Sequence[Evidence], symbol: str, confidence: 
     every = [e.profiles.get(symbol) for e in evidence]
     records = [e.series.record for e, p in zip(evidence, every, strict=True) if p is not None]
     profiles = [p for p in every if p is not None]
-    values = tuple(_value(p, _exp) if p is not None else _unknown() for p in every)
+    first = evidence[0].series
+    unit = si_unit(first.kind.value, symbol, first.unit)
+    values = tuple(
+        _bounded(math.nan, 0.0, math.inf, unit, known=False) if p is None else _value(p, _exp, unit)
+        for p in every
+    )
     centre, q = least(profiles)
     equality = law = None
     if len(profiles) > 1 and any(math.isfinite(p.best) for p in profiles):
@@ -51,9 +58,9 @@ def parameter_comparison(evidence: Sequence[Evidence], symbol: str, confidence: 
         symbol=symbol,
         records=values,
         equality=equality,
-        common=_common(profiles, centre, _exp),
+        common=_common(profiles, centre, _exp, unit),
         detectable=None if shift is None else math.expm1(min(shift, _LARGEST)),
-        population=_scatter(profiles, confidence, _exp),
+        population=_scatter(profiles, confidence, _exp, unit, "1"),
         worst=worst,
         worst_p=worst_p,
         outlier=None if law is None else _outlier(records, profiles, law),
@@ -61,18 +68,18 @@ def parameter_comparison(evidence: Sequence[Evidence], symbol: str, confidence: 
 
 
 def bias_comparison(
-    records: Sequence[str], profiles: Sequence[Profile], confidence: float
+    records: Sequence[str], profiles: Sequence[Profile], confidence: float, unit: str
 ) -> ParameterComparison:
     """The means of the records; their p is not adjusted yet."""
     centre, q = least(profiles)
     law = ScaledChiSquare(dof=len(profiles) - 1.0)
     return ParameterComparison(
         symbol="mean",
-        records=tuple(_value(p, float) for p in profiles),
+        records=tuple(_value(p, float, unit) for p in profiles),
         equality=Equality(statistic=q, dof=law.dof, p=law.tail(q), p_adjusted=law.tail(q)),
-        common=_common(profiles, centre, float),
+        common=_common(profiles, centre, float, unit),
         detectable=detectable(profiles),
-        population=_scatter(profiles, confidence, float),
+        population=_scatter(profiles, confidence, float, unit, unit),
         worst=None,
         worst_p=None,
         outlier=_outlier(records, profiles, law),
@@ -86,39 +93,49 @@ def _exp(x: float) -> float:
     return math.exp(x) if x < _LARGEST else math.inf
 
 
-def _unknown() -> RecordParameter:
-    return RecordParameter(value=None, lower=0.0, upper=math.inf, supported=False)
-
-
-def _value(profile: Profile, scale: Scale) -> RecordParameter:
+def _value(profile: Profile, scale: Scale, unit: str) -> Quantity:
     low, high = profile.interval
-    value = scale(profile.best) if profile.supported else None
-    return RecordParameter(value=value, lower=scale(low), upper=scale(high), supported=profile.supported)
+    return _bounded(scale(profile.best), scale(low), scale(high), unit, known=profile.supported)
 
 
-def _common(profiles: Sequence[Profile], centre: float, scale: Scale) -> RecordParameter:
+def _bounded(value: float, lower: float, upper: float, unit: str, *, known: bool) -> Quantity:
+    """A value with its interval, or the limit that is all that is known."""
+    if known:
+        return Quantity.of(value, (lower, upper), unit)
+    if math.isinf(upper):
+        return Quantity(
+            value=math.nan, lower=math.nan, upper=math.nan, unit=unit, status=QuantityStatus.NOT_RESOLVED
+        )
+    return Quantity(value=math.nan, lower=lower, upper=upper, unit=unit, status=QuantityStatus.UPPER_LIMIT)
+
+
+def _common(profiles: Sequence[Profile], centre: float, scale: Scale, unit: str) -> Quantity:
     low, high = level_set(profiles, max(p.critical for p in profiles))
     bounded = math.isfinite(low) and math.isfinite(high)
-    return RecordParameter(
-        value=scale(centre) if bounded else None, lower=scale(low), upper=scale(high), supported=bounded
-    )
+    return _bounded(scale(centre), scale(low), scale(high), unit, known=bounded)
 
 
-def _scatter(profiles: Sequence[Profile], confidence: float, scale: Scale) -> SensorSpread | None:
+def _scatter(
+    profiles: Sequence[Profile], confidence: float, scale: Scale, unit: str, unit_of_spread: str
+) -> SensorSpread | None:
     population = population_of(profiles, confidence)
     if population is None:
         return None
-    ahead = [None if x is None else scale(x) for x in (population.next_lower, population.next_upper)]
+    ahead = population.next_lower, population.next_upper
+    spread = Quantity.of(
+        population.spread, (population.spread_lower, population.spread_upper), unit_of_spread
+    )
     return SensorSpread(
         resolved=population.resolved,
-        mean=scale(population.middle),
-        lower=scale(population.lower),
-        upper=scale(population.upper),
-        spread=population.spread,
-        spread_lower=population.spread_lower,
-        spread_upper=population.spread_upper,
-        next_lower=ahead[0],
-        next_upper=ahead[1],
+        middle=Quantity.of(
+            scale(population.middle), (scale(population.lower), scale(population.upper)), unit
+        ),
+        spread=(
+            replace(spread, status=QuantityStatus.UPPER_LIMIT)
+            if spread.resolved and spread.lower <= 0
+            else spread
+        ),
+        next_sensor=None if ahead[0] is None or ahead[1] is None else (scale(ahead[0]), scale(ahead[1])),
     )
 
 

@@ -3,65 +3,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 
-from allanite.recording.records import Kind
-from allanite.stability.record_comparison.results import ChannelComparison
-from allanite.stability.record_comparison.series import FittedChannel
+from allanite.stability.record_comparison.results import ChannelComparison, Comparison
 
-__all__ = ["remarks_of"]
+__all__ = ["remarks"]
+
+#: Factor between the shortest lags of records beyond which some of them are not compared.
+_LATER = 1.5
 
 
-def remarks_of(
-    groups: Sequence[Sequence[FittedChannel]], channels: Sequence[ChannelComparison]
-) -> tuple[str, ...]:
+def remarks(result: Comparison) -> list[str]:
     """Differences of the records that were allowed for, and limits of what they can say."""
-    made: list[str] = []
-    first = groups[0]
-    rates = sorted({round(1 / s.curve.dt, 6) for s in first})
+    return [
+        *_of_records(result),
+        *(words for c in result.channels for words in _of_channel(result, c)),
+        *_of_means(result),
+    ]
+
+
+def _of_records(result: Comparison) -> Iterator[str]:
+    rates = sorted({round(r.rate, 6) for r in result.records})
     if len(rates) > 1:
         listed = ", ".join(f"{r:g}" for r in rates)
-        made.append(
-            f"the rates differ ({listed} Hz): curves are compared between their lags by interpolation"
-        )
-    if len({s.sampling for s in first}) > 1:
-        made.append(
-            "some records hold interval means and others point samples: each is read by its own formulas"
-        )
-    for series, channel in zip(groups, channels, strict=True):
-        made += _of_channel(series, channel)
-    if any(g[0].kind in (Kind.RATE, Kind.ACCELERATION) and g[0].mean is not None for g in groups):
-        made.append(
-            "the mean of a record holds what the sensor measures (the Earth's rate, gravity): means compare biases "
-            "only of a sensor that stood the same way"
-        )
-    return tuple(made)
+        yield f"the rates differ ({listed} Hz): curves are compared between their lags by interpolation"
+    if len({r.sampling for r in result.records}) > 1:
+        yield "some records hold interval means and others point samples: each is read by its own formulas"
 
 
-def _of_channel(series: Sequence[FittedChannel], channel: ChannelComparison) -> list[str]:
-    made = []
-    name = channel.name
-    sure = {f for f in channel.families if f != "both"}
+def _of_channel(result: Comparison, channel: ChannelComparison) -> Iterator[str]:
+    name, sure = channel.name, {f for f in channel.families if f != "both"}
     if len(sure) > 1 or "neither" in sure:
-        listed = ", ".join(f"{s.record}: {f}" for s, f in zip(series, channel.families, strict=True))
-        made.append(
-            f"{name}: the records do not follow one family ({listed}); slow terms are compared as {channel.family}"
+        listed = ", ".join(f"{r.name}: {f}" for r, f in zip(result.records, channel.families, strict=True))
+        yield f"{name}: the records do not follow one family ({listed}); slow terms are compared as {channel.family}"
+    if channel.apertures_differ:
+        yield f"{name}: the averaging time within a sample (aperture) differs, and the white noise with it"
+    if channel.unexplained:
+        yield (
+            f"{name}: no sum of terms explains the curve of {', '.join(channel.unexplained)}; the intervals of the "
+            "parameters include that, and the test of the curves does not depend on it"
         )
-    apertures = {s.curve.channels[0].aperture for s in series}
-    if len(apertures) > 1:
-        made.append(
-            f"{name}: the averaging time within a sample (aperture) differs, and the white noise with it"
-        )
-    odd = [s.record for s in series if s.fit.data.discrepancy > 0]
-    if odd:
-        made.append(
-            f"{name}: no sum of terms explains the curve of {', '.join(odd)}; the parameters' intervals hold that, and "
-            "the test of the curves does not need it"
-        )
-    firsts = [float(s.curve.tau[s.fit.used][0]) for s in series]
-    if max(firsts) > 1.5 * min(firsts):
-        made.append(
+    firsts = [float(c.tau[c.used][0]) for c in channel.curves]
+    if max(firsts) > _LATER * min(firsts):
+        yield (
             f"{name}: the shortest lags do not follow noise terms in all records, or their rates differ; curves are "
             f"compared from {max(firsts):.3g} s on"
         )
-    return made
+
+
+def _of_means(result: Comparison) -> Iterator[str]:
+    if any(c.bias is not None and c.kind in ("rate", "acceleration") for c in result.channels):
+        yield (
+            "the mean of a record includes what the sensor measures (the Earth's rate, gravity): means compare biases "
+            "only of sensors in one orientation"
+        )

@@ -5,42 +5,49 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.plain_files.json_values import plain
+from allanite.noise import NoiseModel
+from allanite.quantities.quantity import Quantity
+from allanite.quantities.result import Result
+from allanite.stability.record_comparison.verdict import ComparisonVerdict
+from allanite.stability.record_comparison.words import agreement_sentence, difference_words
 
 __all__ = [
-    "DIFFER",
-    "SAME",
     "ChannelComparison",
     "ComparedCurve",
     "ComparedRecord",
     "Comparison",
     "Equality",
+    "FamilyEvidence",
+    "FamilyName",
     "Outlier",
     "ParameterComparison",
-    "RecordParameter",
     "SensorSpread",
 ]
 
 Array = NDArray[np.float64]
-
-SAME, DIFFER = "no difference seen", "the records differ"
+FamilyName = Literal["flicker", "gauss-markov"]
+FamilyEvidence = Literal["flicker", "gauss-markov", "both", "neither"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ComparedRecord:
+class ComparedRecord(Result):
     """One of the records.
 
     Attributes
     ----------
     name, source : str
+        What it is called, and the log behind it.
     sha256 : str or None
+        Of that log.
     rate : float [Hz]
+        Samples per second.
     duration : float [s]
+        Of the record.
     sampling : str
         "mean" or "point".
     """
@@ -54,27 +61,7 @@ class ComparedRecord:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RecordParameter:
-    """A parameter of one record [SI].
-
-    Attributes
-    ----------
-    value : float or None
-        None where the record gives only a limit.
-    lower, upper : float
-        Ends of its interval; `upper` may be infinite.
-    supported : bool
-        The interval is bounded on both sides.
-    """
-
-    value: float | None
-    lower: float
-    upper: float
-    supported: bool
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Equality:
+class Equality(Result):
     """A test that something is the same in all records.
 
     Attributes
@@ -94,15 +81,17 @@ class Equality:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outlier:
+class Outlier(Result):
     """The record that differs most from the others.
 
     Attributes
     ----------
     record : str
+        Its name.
     p : float
         Probability of a record that differs so much, adjusted for the number looked at.
     looked_at : int
+        Records and parameters among which it is the one that differs most.
     rest_p : float
         Equality of the others without it.
     """
@@ -114,45 +103,41 @@ class Outlier:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SensorSpread:
-    """Middle and spread of the kind of sensor [SI].
+class SensorSpread(Result):
+    """Middle and spread of the kind of sensor.
 
     Attributes
     ----------
     resolved : int
         Records that resolve the parameter.
-    mean, lower, upper : float
-        Of a parameter that cannot be negative: the median of the population.
-    spread, spread_lower, spread_upper : float
-        Standard deviation between records: of the natural logarithm, or [SI] for a bias; 0 to `spread_upper` where
+    middle : Quantity
+        The mean of the population; of a parameter that cannot be negative, its median.
+    spread : Quantity
+        Standard deviation between records: of the natural logarithm (unit "1"), or of a bias; an upper limit where
         none is seen.
-    next_lower, next_upper : float or None
-        Interval of the true value of the next record.
+    next_sensor : (float, float) or None [SI]
+        Interval of the true value of the next record; None where fewer than three resolve the parameter.
     """
 
     resolved: int
-    mean: float
-    lower: float
-    upper: float
-    spread: float
-    spread_lower: float
-    spread_upper: float
-    next_lower: float | None
-    next_upper: float | None
+    middle: Quantity
+    spread: Quantity
+    next_sensor: tuple[float, float] | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ParameterComparison:
+class ParameterComparison(Result):
     """One parameter in all records.
 
     Attributes
     ----------
     symbol : str
         Q, N, B, B_equiv, T, q, K, R, or "mean" for the bias.
-    records : tuple of RecordParameter
+    records : tuple of Quantity
+        Value of each record; an upper limit, or not resolved, where it gives no more.
     equality : Equality or None
         None where fewer than two records say anything of it.
-    common : RecordParameter
+    common : Quantity
         The one value, if it is the same in all.
     detectable : float or None
         Relative change of one record that the test would see in four of five cases; for a bias [SI].
@@ -167,9 +152,9 @@ class ParameterComparison:
     """
 
     symbol: str
-    records: tuple[RecordParameter, ...]
+    records: tuple[Quantity, ...]
     equality: Equality | None
-    common: RecordParameter
+    common: Quantity
     detectable: float | None
     population: SensorSpread | None
     worst: str | None
@@ -178,12 +163,15 @@ class ParameterComparison:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ComparedCurve:
+class ComparedCurve(Result):
     """The Allan curve of one record.
 
     Attributes
     ----------
-    tau, deviation, lower, upper : ndarray, shape (n,)
+    tau : ndarray, shape (n,) [s]
+        Averaging time.
+    deviation, lower, upper : ndarray, shape (n,) [SI unit of the rate or acceleration]
+        With the interval at each lag.
     used : ndarray of bool, shape (n,)
         Lags that are compared.
     """
@@ -196,22 +184,28 @@ class ComparedCurve:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChannelComparison:
+class ChannelComparison(Result):
     """One channel in all records.
 
     Attributes
     ----------
     name, kind, unit : str
+        Of the channel.
     channels : tuple of str
         Its name in each record.
     family : "flicker" or "gauss-markov"
         Under which the parameters are compared.
     families : tuple of str
         What each record supports by itself: one of the two, "both" or "neither".
+    unexplained : tuple of str
+        Records whose curve no sum of noise terms explains.
+    apertures_differ : bool
+        Records average over different parts of a sample.
     curves : tuple of ComparedCurve
-    tau : ndarray [s]
+        Of each record.
+    tau : ndarray, shape (n_lags,) [s]
         Lags that are compared.
-    lag_p, lag_p_adjusted : ndarray
+    lag_p, lag_p_adjusted : ndarray, shape (n_lags,)
         Equality at each lag, alone and adjusted for their number.
     curve : Equality
         Of all lags together.
@@ -222,18 +216,21 @@ class ChannelComparison:
     outlier : Outlier or None
         By the curves.
     parameters : tuple of ParameterComparison
+        Those that a record resolves, and always N, B and K.
     bias : ParameterComparison or None
         Of the means; None where they are not known.
-    model : dict
-        One noise model for all records, as plain data.
+    model : NoiseModel
+        One for all records.
     """
 
     name: str
     kind: str
     unit: str
     channels: tuple[str, ...]
-    family: str
-    families: tuple[str, ...]
+    family: FamilyName
+    families: tuple[FamilyEvidence, ...]
+    unexplained: tuple[str, ...] = ()
+    apertures_differ: bool = False
     curves: tuple[ComparedCurve, ...] = field(repr=False)
     tau: Array = field(repr=False)
     lag_p: Array = field(repr=False)
@@ -244,36 +241,49 @@ class ChannelComparison:
     outlier: Outlier | None
     parameters: tuple[ParameterComparison, ...]
     bias: ParameterComparison | None
-    model: Mapping[str, Any] = field(repr=False)
+    model: NoiseModel = field(repr=False)
+
+    @property
+    def every_parameter(self) -> tuple[ParameterComparison, ...]:
+        """The parameters, and the bias where it is known."""
+        return (*self.parameters, *([] if self.bias is None else [self.bias]))
 
     def __getitem__(self, symbol: str) -> ParameterComparison:
         """One parameter."""
-        for p in (*self.parameters, *([self.bias] if self.bias else [])):
+        for p in self.every_parameter:
             if p.symbol == symbol:
                 return p
         raise KeyError(symbol)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
+class Comparison(Result):
     """Several records: equal or not, and how much they scatter.
 
     Attributes
     ----------
+    verdict : ComparisonVerdict
+        "differ" or "no difference", of the noise; the bias is judged apart.
+    p : float
+        Probability of noise that differs so much, if it is the same in all records and channels.
     records : tuple of ComparedRecord
+        In their order.
     channels : tuple of ChannelComparison
+        Those that are compared.
     level : float
         Of the tests: records of one noise are called different so often at most.
     confidence : float
-    remarks : tuple of str
-        What a reader must know besides.
+        Of the intervals.
     """
+
+    FORMAT: ClassVar[str] = "allanite-comparison"
+    VERSION: ClassVar[int] = 2
+    STATED: ClassVar[tuple[str, ...]] = ("verdict", "p")
 
     records: tuple[ComparedRecord, ...]
     channels: tuple[ChannelComparison, ...]
     level: float
     confidence: float
-    remarks: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> ChannelComparison:
         """One channel."""
@@ -288,32 +298,26 @@ class Comparison:
         return min(min(c.p for c in self.channels) * len(self.channels), 1.0)
 
     @property
-    def verdict(self) -> str:
-        """ "no difference seen" or "the records differ", of the noise; the bias is told apart."""
-        return DIFFER if self.p < self.level else SAME
+    def verdict(self) -> ComparisonVerdict:
+        """Of the noise; the bias is judged apart."""
+        return ComparisonVerdict.DIFFER if self.p < self.level else ComparisonVerdict.NO_DIFFERENCE
 
     @property
     def reason(self) -> str:
         """Which channels differ, and in what; or what was looked at."""
-        if self.verdict == SAME:
-            many = f"{len(self.channels)} channels" if len(self.channels) > 1 else "the curves and parameters"
-            return f"{many} of {len(self.records)} records agree within their intervals (p = {self.p:.2g})"
+        if self.verdict is ComparisonVerdict.NO_DIFFERENCE:
+            return agreement_sentence(len(self.records), len(self.channels), self.p)
         limit = self.level / len(self.channels)
         return "; ".join(self._difference(c) for c in self.channels if c.p < limit)
 
     def _difference(self, c: ChannelComparison) -> str:
-        what = [p.symbol for p in c.parameters if p.equality and p.equality.p_adjusted < self.level]
-        words = f"{c.name} in {', '.join(what)}" if what else f"{c.name} in its curve"
-        if c.outlier is not None and c.outlier.p < self.level:
-            agree = "agree" if c.outlier.rest_p >= self.level else "differ, too"
-            words += f"; {c.outlier.record} stands out, the others {agree}"
-        return words
+        symbols = [p.symbol for p in c.parameters if p.equality and p.equality.p_adjusted < self.level]
+        outlier = c.outlier if c.outlier is not None and c.outlier.p < self.level else None
+        record, agree = ("", True) if outlier is None else (outlier.record, outlier.rest_p >= self.level)
+        return difference_words(c.name, symbols, record, agree=agree)
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, SI units; null for what does not exist, and for infinity."""
-        names = ("verdict", "reason", "p", "level", "confidence", "records", "channels", "remarks")
-        return {
-            "format": "allanite-comparison",
-            "version": 1,
-            **{name: plain(getattr(self, name)) for name in names},
-        }
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        from allanite.stability.record_comparison.version_1 import upgraded
+
+        return upgraded(data) if data.get("version") == 1 else data

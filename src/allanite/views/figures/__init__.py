@@ -498,20 +498,20 @@ def _dead_reckoning(result: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"this budget of dead reckoning has no figure {view!r}: the height is held")
 
 
-def _comparison(comparison: Any, *, view: str = "whole") -> Sheet:
+def _comparison(given: Any, *, view: str = "whole") -> Sheet:
+    from allanite.stability.record_comparison import Comparison
     from allanite.views.figures import comparison as panels
 
     _known_view(view, panels.VIEWS, "compared records")
-    document = comparison if isinstance(comparison, Mapping) else comparison.to_json()
+    result: Comparison = Comparison.from_json(given) if isinstance(given, Mapping) else given
     if view == "whole":
-        return Sheet(rows=tuple(panels.columns(document)))
+        return Sheet(rows=tuple(panels.columns(result)))
     rows: list[tuple[Panel, ...]] = []
-    for channel in document["channels"]:
+    for channel in result.channels:
         alone = view == "curves"
-        drawn = (
-            [panels.curves_panel(document, channel)] if alone else panels.parameter_panels(document, channel)
+        rows += _rows_of(
+            [panels.curves_panel(result, channel)] if alone else panels.parameter_panels(result, channel), 2
         )
-        rows += _rows_of(drawn, 2)
     return Sheet(rows=tuple(rows))
 
 

@@ -3,14 +3,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from allanite.noise import NoiseModel
 from allanite.quantities.display_units import display_unit
+from allanite.quantities.number_words import probability
+from allanite.stability.record_comparison.results import (
+    ChannelComparison,
+    Comparison,
+    ParameterComparison,
+    SensorSpread,
+)
+from allanite.stability.record_comparison.words import parameter_name
 from allanite.views.figures.drawing import Drawing
 from allanite.views.figures.panel import (
     MARKERS,
@@ -24,11 +31,8 @@ from allanite.views.figures.panel import (
     array,
     positive_range,
 )
-from allanite.views.wording import adjusted_p, compared_unit, parameter_name
 
 __all__ = ["VIEWS", "columns", "curves_panel", "parameter_panels"]
-
-Json = Mapping[str, Any]
 
 VIEWS = ("whole", "curves", "parameters")
 #: With more records the bands would hide one another.
@@ -40,39 +44,38 @@ _BESIDE, _TALL, _LOW = 3, 0.6, 0.3
 _LONG = 12  # characters of a record's name below its place
 
 
-def curves_panel(document: Json, channel: Json) -> Panel:
+def curves_panel(result: Comparison, channel: ChannelComparison) -> Panel:
     """All curves with their bands, and one model for all of them."""
-    unit, factor = display_unit(channel["kind"], "adev", channel["unit"])
-    banded = len(channel["curves"]) <= _BANDS
+    unit, factor = display_unit(channel.kind, "adev", channel.unit)
+    banded = len(channel.curves) <= _BANDS
     curves = []
-    for i, (record, c) in enumerate(zip(document["records"], channel["curves"], strict=True)):
-        deviation, low, high = (array(c[k]) / factor for k in ("deviation", "lower", "upper"))
+    for i, (record, c) in enumerate(zip(result.records, channel.curves, strict=True)):
         curves.append(
             Curve(
-                x=array(c["tau"]),
-                y=deviation,
-                lower=low if banded else None,
-                upper=high if banded else None,
-                label=record["name"],
+                x=c.tau,
+                y=c.deviation / factor,
+                lower=c.lower / factor if banded else None,
+                upper=c.upper / factor if banded else None,
+                label=record.name,
                 colour=SERIES[i % len(SERIES)],
                 marker=MARKERS[i % len(MARKERS)] if i < len(SERIES) else None,
                 style="solid" if i < len(SERIES) else "dashed",
             )
         )
-    model = NoiseModel.from_json(channel["model"])
+    model = channel.model
     tau = np.unique(np.concatenate([c.x for c in curves]))
     if model.terms:
         curves.append(
             Curve(x=tau, y=model.adev(tau) / factor, label="one for all", colour="model", style="dotted")
         )
+    p = channel.lag_p_adjusted
     differ = [
-        Label(x=t, y=0.0, text="differs most", colour="guide", side="above right", place="line")
-        for t, p in zip(channel["tau"], channel["lag_p_adjusted"], strict=True)
-        if p is not None and p < document["level"] and p == min(channel["lag_p_adjusted"])
+        Label(x=float(t), y=0.0, text="differs most", colour="guide", side="above right", place="line")
+        for t in channel.tau[(p < result.level) & (p == p.min())]
     ]
     y = positive_range(*(c.y for c in curves), *(c.upper for c in curves if c.upper is not None))
     return Panel(
-        title=f"{channel['name']}: Allan deviation, curves {adjusted_p(channel['curve'])}",
+        title=f"{channel.name}: Allan deviation, curves {probability(channel.curve.p_adjusted)}",
         x=Axis(label="Averaging time [s]", log=True),
         y=Axis(label=f"Allan deviation [{unit}]", log=True, limits=(y[0] / 1.6, 1.6 * y[1])),
         curves=tuple(curves),
@@ -81,32 +84,31 @@ def curves_panel(document: Json, channel: Json) -> Panel:
     )
 
 
-def parameter_panels(document: Json, channel: Json) -> list[Panel]:
+def parameter_panels(result: Comparison, channel: ChannelComparison) -> list[Panel]:
     """One panel for each parameter and for the bias."""
-    parameters = [*channel["parameters"], *([channel["bias"]] if channel["bias"] else [])]
-    return [_parameter(document, channel, p) for p in parameters]
+    return [_parameter(result, channel, p) for p in channel.every_parameter]
 
 
-def columns(document: Json) -> list[tuple[Panel, ...]]:
+def columns(result: Comparison) -> list[tuple[Panel, ...]]:
     """Rows of a sheet with a column for each channel: the curves, and one low row for each parameter below them.
 
     The parameters of all channels stand in the same order, so that one reads across; three channels at most stand
     side by side. Of a single channel every legend stands above its panel, of several one stands below them all.
     """
     rows: list[tuple[Panel, ...]] = []
-    channels = document["channels"]
+    channels = result.channels
     for i in range(0, len(channels), _BESIDE):
         block = channels[i : i + _BESIDE]
         alone = len(channels) == 1
-        rows.append(tuple(replace(curves_panel(document, c), **_form(_TALL, alone)) for c in block))
-        made = [{p.y.label: p for p in parameter_panels(document, c)} for c in block]
+        rows.append(tuple(replace(curves_panel(result, c), **_form(_TALL, alone)) for c in block))
+        made = [{p.y.label: p for p in parameter_panels(result, c)} for c in block]
         for label in dict.fromkeys(label for one in made for label in one):
             height = _LOW / (1.5 if alone else 1.0)
             rows.append(
                 tuple(
                     replace(
                         one[label],
-                        title=f"{'' if alone else c['name'] + ', '}{one[label].title}",
+                        title=f"{'' if alone else c.name + ', '}{one[label].title}",
                         **_form(height, alone),
                     )
                     if label in one
@@ -132,11 +134,11 @@ def _said_once(rows: Sequence[tuple[Panel, ...]]) -> list[tuple[Panel, ...]]:
     return out
 
 
-def _parameter(document: Json, channel: Json, parameter: Json) -> Panel:
-    unit, factor = compared_unit(channel, parameter["symbol"])
-    place = np.arange(1.0, len(parameter["records"]) + 1)
+def _parameter(result: Comparison, channel: ChannelComparison, parameter: ParameterComparison) -> Panel:
+    unit, factor = display_unit(channel.kind, parameter.symbol, channel.unit)
+    place = np.arange(1.0, len(parameter.records) + 1)
     value, low, high = (
-        array([r[k] for r in parameter["records"]]) / factor for k in ("value", "lower", "upper")
+        np.array([getattr(r, end) for r in parameter.records]) / factor for end in ("value", "lower", "upper")
     )
     limits = np.isnan(value) & np.isfinite(high)
     ends = (0.4, len(place) + 0.6)
@@ -153,7 +155,7 @@ def _parameter(document: Json, channel: Json, parameter: Json) -> Panel:
             label="record, with its interval",
         )
     ]
-    curves += _population(parameter["population"], factor, ends)
+    curves += _population(parameter.population, factor, ends)
     shown = np.concatenate(
         [
             value,
@@ -162,14 +164,12 @@ def _parameter(document: Json, channel: Json, parameter: Json) -> Panel:
             *(array(b) for c in curves[1:] for b in (c.y, c.lower, c.upper) if b is not None),
         ]
     )
-    y = _axis(f"{parameter_name(parameter['symbol'])} [{unit}]", parameter, shown)
-    equality = parameter["equality"]
-    title = f"{parameter_name(parameter['symbol'])}: " + (
-        adjusted_p(equality) if equality else "upper limits"
-    )
+    name, equality = parameter_name(parameter.symbol), parameter.equality
+    y = _axis(f"{name} [{unit}]", parameter, shown)
+    title = f"{name}: {probability(equality.p_adjusted) if equality else 'upper limits'}"
     return Panel(
         title=title,
-        x=Axis(label="", limits=ends, names=tuple(_names(document))),
+        x=Axis(label="", limits=ends, names=tuple(_names(result))),
         y=y,
         curves=tuple(curves),
         limits=tuple(
@@ -180,14 +180,14 @@ def _parameter(document: Json, channel: Json, parameter: Json) -> Panel:
     )
 
 
-def _names(document: Json) -> list[tuple[float, str]]:
+def _names(result: Comparison) -> list[tuple[float, str]]:
     return [
         (i + 1.0, name if len(name) <= _LONG else name[: _LONG - 1] + "…")
-        for i, name in enumerate(r["name"] for r in document["records"])
+        for i, name in enumerate(r.name for r in result.records)
     ]
 
 
-def _population(population: Json | None, factor: float, ends: tuple[float, float]) -> list[Curve]:
+def _population(population: SensorSpread | None, factor: float, ends: tuple[float, float]) -> list[Curve]:
     """The middle of the kind with its interval, and where the next one lies."""
     if population is None:
         return []
@@ -197,26 +197,16 @@ def _population(population: Json | None, factor: float, ends: tuple[float, float
         flat = [None if end is None else np.full(2, end / factor) for end in (low, high)]
         return Curve(x=x, y=np.full(2, value / factor), lower=flat[0], upper=flat[1], label=label, **look)
 
-    made = [
-        level(
-            population["mean"],
-            population["lower"],
-            population["upper"],
-            "middle of the kind",
-            colour="y",
-            style="dashed",
-        )
+    middle, look = population.middle, {"colour": "guide", "style": "dotted"}
+    return [
+        level(middle.value, middle.lower, middle.upper, "middle of the kind", colour="y", style="dashed"),
+        *(level(end, None, None, "the next lies between", **look) for end in population.next_sensor or ()),
     ]
-    if population["next_lower"] is not None and population["next_upper"] is not None:
-        words = {"colour": "guide", "style": "dotted"}
-        made.append(level(population["next_lower"], None, None, "the next lies between", **words))
-        made.append(level(population["next_upper"], None, None, "the next lies between", **words))
-    return made
 
 
-def _axis(label: str, parameter: Json, shown: Any) -> Axis:
+def _axis(label: str, parameter: ParameterComparison, shown: Any) -> Axis:
     positive = shown[np.isfinite(shown) & (shown > 0)]
-    if parameter["symbol"] != "mean" and len(positive) and positive.max() > _WIDE * positive.min():
+    if parameter.symbol != "mean" and len(positive) and positive.max() > _WIDE * positive.min():
         low, high = positive_range(positive)
         return Axis(label=label, log=True, limits=(low / 1.3, 1.3 * high))
     low, high = around(shown)

@@ -51,7 +51,6 @@ _PAGES = {
     "allanite-combination": "redundancy",
     "allanite-selection": "selection",
     "allanite-separation": "shared_noise",
-    "allanite-comparison": "comparison",
     "allanite-datasheet": "datasheet",
     "allanite-difference": "difference",
     "allanite-overbound": "datasheet",

@@ -4,7 +4,6 @@
 from allanite.views.terminal.alignment import show_alignment
 from allanite.views.terminal.calibration import show_calibration
 from allanite.views.terminal.capture import journal, show_captured
-from allanite.views.terminal.comparison import show_comparison
 from allanite.views.terminal.console import listen, progress
 from allanite.views.terminal.datasheet import show_bounds, show_datasheet
 from allanite.views.terminal.dead_reckoning import show_dead_reckoning
@@ -49,7 +48,6 @@ __all__ = [
     "show_captured",
     "show_combination",
     "show_compaction",
-    "show_comparison",
     "show_consumers",
     "show_curve",
     "show_datasheet",

@@ -12,7 +12,6 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``redundancy``  combined sensors
 ``selection``  sets of terms
 ``shared_noise``  what sensors share, and what each has alone
-``comparison``  records beside one another
 ``vector``   rate vector and null test
 ``rate_table``  the response to a rate table
 ``alignment``  roll, pitch and heading
@@ -51,16 +50,6 @@ from allanite.views.wording.calibration import (
     sensor_words,
     still_open,
     turn_lines,
-)
-from allanite.views.wording.comparison import (
-    adjusted_p,
-    channel_table,
-    compared_unit,
-    comparison_facts,
-    outlier_lines,
-    parameter_name,
-    record_lines,
-    sameness_lines,
 )
 from allanite.views.wording.datasheet import bound_lines, bound_words, inflation_words, statement_lines
 from allanite.views.wording.dead_reckoning import (
@@ -225,7 +214,6 @@ __all__ = [
     "EarthRateWording",
     "PlanTable",
     "ResponseLine",
-    "adjusted_p",
     "aided_lines",
     "alignment_budget",
     "angle",
@@ -249,15 +237,12 @@ __all__ = [
     "capitalised",
     "cautions",
     "channel_names",
-    "channel_table",
     "check_lines",
     "check_wordings",
     "chosen_line_lines",
     "coarse_lines",
     "coefficient_lines",
     "combination_facts",
-    "compared_unit",
-    "comparison_facts",
     "consistency_lines",
     "contradictions",
     "density_lines",
@@ -308,11 +293,9 @@ __all__ = [
     "null_budget",
     "null_words",
     "number",
-    "outlier_lines",
     "output_unit",
     "pair_lines",
     "parameter_groups",
-    "parameter_name",
     "parameter_unit",
     "part_lines",
     "part_term_lines",
@@ -328,14 +311,12 @@ __all__ = [
     "reading",
     "readings",
     "record_facts",
-    "record_lines",
     "response_budget",
     "response_lines",
     "rest_before",
     "rest_unit",
     "rest_words",
     "said_of",
-    "sameness_lines",
     "scale_unit",
     "scatter_lines",
     "scheme_lines",
