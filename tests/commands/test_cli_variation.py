@@ -21,11 +21,6 @@ from allanite.stability.variation import Variation, examine_variation
 from allanite.views.blocks import Pairs, TableBlock
 from allanite.views.figures import sheet_of
 from allanite.views.report import html_of, page_of
-from allanite.views.wording import (
-    part_lines,
-    part_term_lines,
-    separation_facts,
-)
 from pages import Balance, document_of, text_of
 from shell import Run
 
@@ -84,7 +79,7 @@ def test_common_prints_every_part_and_gaps_are_loss(run: Run, pair: Recording, t
     assert document["format"] == "allanite-separation" and document["missing"] == 100
     assert [part["name"] for part in document["own"]] == ["a", "b"]
     shown = run("common", log, "--out", tmp_path / "out")
-    assert shown.code == 3 and shown.out.startswith("Noise is shared: the common part is seen at")
+    assert shown.code == 3 and shown.out.startswith("Noise is shared. The common part is seen at")
     assert "a alone" in shown.out and "100 samples that not all sensors have" in shown.out
     assert (tmp_path / "out" / "separation.csv").exists()
     refused = run("common", log, "--channels", "a")
@@ -151,12 +146,20 @@ def test_words_say_values_with_intervals_and_limits(varied: Variation, separated
     assert when.startswith("6.") and "min [" in when and size.startswith("1.")
     facts = next(block for block in blocks if isinstance(block, Pairs))
     assert "5 % of channels" in dict(facts.rows)["False alarms"]
-    heads, rows = part_lines(separated.to_json())
-    assert heads[1:] == ["a alone [deg/h]", "b alone [deg/h]", "c alone [deg/h]", "common [deg/h]"]
+    blocks = list(page_of(separated).blocks())
+    parts, terms = (block for block in blocks if isinstance(block, TableBlock))
+    assert list(parts.heads[1:]) == [
+        "a alone [deg/h]",
+        "b alone [deg/h]",
+        "c alone [deg/h]",
+        "common [deg/h]",
+    ]
+    rows = [[cell.text for cell in cells] for cells, _ in parts.rows]
     assert "[" in rows[0][1] and any(row[4].startswith("< ") for row in rows)
-    _, terms = part_term_lines(separated.to_json())
-    assert terms[-1][0] == "common" and terms[0][3].startswith("< ")
-    assert "all pairs share the same" in dict(separation_facts(separated.to_json()))
+    first, *_, last = ([cell.text for cell in cells] for cells, _ in terms.rows)
+    assert last[0] == "common" and first[3].startswith("< ")
+    facts = next(block for block in blocks if isinstance(block, Pairs))
+    assert "All pairs share the same" in dict(facts.rows)
 
 
 def test_findings_warn_of_noise_that_changes_and_not_of_noise_that_does_not(gyro: Recording) -> None:

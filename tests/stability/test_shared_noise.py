@@ -27,6 +27,7 @@ from allanite.stability.shared_noise.quadratic import (
     own_form,
 )
 from allanite.stability.shared_noise.terms import fit_terms
+from allanite.stability.shared_noise.verdict import SeparationVerdict
 from noise_records import binomial_bound
 
 OWN = NoiseModel.of(White(N=1.0))
@@ -152,13 +153,13 @@ def test_terms_of_every_part_are_recovered() -> None:
 def test_common_walk_is_seen_and_where_nothing_is_shared_limits_are_told() -> None:
     n = 8192
     found = separate_noise(record(sensors(3, n, 8, noise(WALK, n, 9))))
-    assert found.verdict == "noise is shared" and found.common.resolved[-3:].all()
+    assert found.verdict is SeparationVerdict.SHARED and found.common.resolved[-3:].all()
     truth = np.sqrt(WALK.avar(found.tau))
     inside = (found.common.lower <= truth) & (truth <= found.common.upper)
     assert inside.sum() >= len(truth) - 2  # neighbours hang together
-    assert found.agreement is not None and found.agreement["p"] > 1e-3
+    assert found.agreement is not None and found.agreement.p > 1e-3
     alone = separate_noise(record(sensors(2, n, 10)))
-    assert alone.verdict == "no shared noise is seen"
+    assert alone.verdict is SeparationVerdict.NOT_SHARED
     assert np.isnan(alone.common.deviation[~alone.common.resolved]).all()
     assert (alone.common.upper > 0).all() and alone.common.resolved.sum() <= 2
     assert alone.common.model.estimate("K").value is None  # type: ignore[union-attr]
@@ -178,9 +179,9 @@ def test_sensor_mounted_the_other_way_is_named_and_turned() -> None:
     y = sensors(2, 4096, 11, noise(WALK, 4096, 12))
     y[:, 1] *= -1
     found = separate_noise(record(y))
-    assert found.verdict == "the sensors share noise of opposite sign" and "--opposite" in found.reason
+    assert found.verdict is SeparationVerdict.OPPOSITE and "--opposite" in found.reason
     turned = separate_noise(record(y), opposite=["b"])
-    assert turned.verdict == "noise is shared" and turned.opposite == ("b",)
+    assert turned.verdict is SeparationVerdict.SHARED and turned.opposite == ("b",)
 
 
 def test_pairs_that_share_more_than_the_third_are_found_out() -> None:
@@ -188,7 +189,7 @@ def test_pairs_that_share_more_than_the_third_are_found_out() -> None:
     y = sensors(3, n, 13, noise(WALK, n, 14))
     y[:, :2] += np.random.default_rng(15).standard_normal((n, 1))
     found = separate_noise(record(y))
-    assert found.agreement is not None and found.agreement["p"] < 1e-6
+    assert found.agreement is not None and found.agreement.p < 1e-6
     assert any("do not share the same part" in remark for remark in found.remarks)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from allanite.commands.characterize import CHARACTERIZE
+from allanite.commands.common import COMMON
 from allanite.commands.compare import COMPARE
 from allanite.commands.declaration import Command, Place
 from allanite.commands.earth_rate import EARTH_RATE
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["COMMANDS", "measure"]
 
 COMMANDS: Mapping[str, Command] = {
-    command.name: command for command in (CHARACTERIZE, VARIATION, COMPARE, EARTH_RATE)
+    command.name: command for command in (CHARACTERIZE, VARIATION, COMPARE, COMMON, EARTH_RATE)
 }
 
 

@@ -10,7 +10,7 @@ from enum import StrEnum
 from allanite.quantities.number_words import duration, interval, number
 from allanite.quantities.result import Result
 
-__all__ = ["Quantity", "QuantityStatus"]
+__all__ = ["Quantity", "QuantityStatus", "interval_words"]
 
 
 class QuantityStatus(StrEnum):
@@ -20,6 +20,18 @@ class QuantityStatus(StrEnum):
     UPPER_LIMIT = "upper limit"
     NOT_RESOLVED = "not resolved"
     GIVEN = "given"
+
+
+def interval_words(value: float | None, lower: float, upper: float, factor: float = 1.0) -> str:
+    """A number with its interval, an upper limit where there is no number, an en dash where there is neither.
+
+    >>> interval_words(1.3304, 1.2801, 1.3822), interval_words(None, 0.0, 0.02), interval_words(None, 0.0, math.inf)
+    ('1.330 [1.280, 1.382]', '< 0.0200', '–')
+    """
+    if value is None or math.isnan(value):
+        return f"< {number(upper / factor)}" if math.isfinite(upper) else "–"
+    middle, low, high = interval(value / factor, lower / factor, upper / factor)
+    return f"{middle} [{low}, {high}]"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,10 +77,7 @@ class Quantity(Result):
         >>> limit.shown(1e-3), Quantity.of(math.nan, (0.0, math.inf), "V").shown()
         ('< 20.0', '–')
         """
-        if math.isnan(self.value):
-            return "–" if math.isnan(self.upper) else f"< {number(self.upper / factor)}"
-        value, lower, upper = interval(self.value / factor, self.lower / factor, self.upper / factor)
-        return f"{value} [{lower}, {upper}]"
+        return interval_words(self.value, self.lower, self.upper, factor)
 
     def __str__(self) -> str:
         """With the digits that the interval allows.

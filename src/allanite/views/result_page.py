@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from allanite.quantities.result import Result
 from allanite.quantities.verdict import Verdict
 from allanite.study.result_document import Reportable
-from allanite.views.blocks import Banner, Findings, Page, PageBlock, Section, bullets, page_of, pairs
+from allanite.views.blocks import Banner, Findings, Page, PageBlock, Section, bullets, drawn, page_of, pairs
 from allanite.views.pieces import origin_rows
 from allanite.views.wording import sentence
 
-__all__ = ["advice", "findings_of", "result_page", "verdict_banner"]
+__all__ = ["advice", "findings_of", "pictures", "result_page", "verdict_banner"]
 
 
 def result_page(
@@ -52,6 +53,13 @@ def verdict_banner(verdict: Verdict, reason: str, names: Iterable[str] = ()) -> 
 def advice(remarks: Iterable[str], names: Iterable[str] = ()) -> list[PageBlock]:
     """What to do, or to know."""
     return bullets([sentence(words, names) for words in remarks])
+
+
+def pictures(result: Result, captions: Mapping[str, str]) -> list[PageBlock]:
+    """Figures of a result: by its view what is to be seen, which is the caption as well."""
+    return [
+        block for view, words in captions.items() for block in drawn(view, result, words, words, view=view)
+    ]
 
 
 def findings_of(document: Reportable) -> list[PageBlock]:

@@ -20,7 +20,6 @@ from allanite.commands.cli import rate_table
 from allanite.commands.cli import calibration
 from allanite.commands.cli import alignment
 from allanite.commands.cli import redundancy
-from allanite.commands.cli import shared_noise
 from allanite.commands.cli import environment
 from allanite.commands.cli import datasheet
 from allanite.commands.cli import difference
@@ -60,6 +59,5 @@ __all__ = [
     "redundancy",
     "selection",
     "serve",
-    "shared_noise",
     "spectrum",
 ]

@@ -11,10 +11,11 @@ Three: C_11 - C_12 - C_13 + C_23 is that of e_1, whatever all three share (three
 ``fiducial``    intervals that hold where an estimate comes out negative.
 ``terms``       noise terms of every part, by generalised least squares in the exact covariance.
 ``agreement``   do all three share the same part? does one of them feel it later?
-``results``     Separation and what it is made of.
+``results``     Separation and what it is made of; ``verdict`` what it may come to, ``words`` says it in a sentence.
 """
 
 from allanite.stability.shared_noise.estimation import separate_noise
 from allanite.stability.shared_noise.results import NoisePart, Separation
+from allanite.stability.shared_noise.verdict import SeparationVerdict
 
-__all__ = ["NoisePart", "Separation", "separate_noise"]
+__all__ = ["NoisePart", "Separation", "SeparationVerdict", "separate_noise"]

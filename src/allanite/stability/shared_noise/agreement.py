@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from allanite.noise.allan.covariance import complete_starts
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
 from allanite.stability.shared_noise.quadratic import covariance_of
+from allanite.stability.shared_noise.results import PairAgreement
 
 __all__ = ["delay_of", "same_to_all", "shared_sign"]
 
@@ -43,7 +44,7 @@ def shared_sign(correlation: Array, edf: Array) -> int:
     return int(np.sign(z[at])) if abs(z[at]) > bar else 0
 
 
-def same_to_all(covariance: Array, products: Array, edf: Array) -> dict[str, float] | None:
+def same_to_all(covariance: Array, products: Array, edf: Array) -> PairAgreement | None:
     """Chi-square of the three covariances of three sensors: they are equal where all share the same part."""
     use = np.flatnonzero(edf > _NORMAL)
     if covariance.shape[1] != 3 or len(use) == 0:
@@ -62,7 +63,7 @@ def same_to_all(covariance: Array, products: Array, edf: Array) -> dict[str, flo
     rho = V / np.outer(sd, sd) + 1e-9 * np.eye(len(sd))
     z = difference / sd
     chi2 = float(z @ np.linalg.solve(rho, z))
-    return {"chi2": chi2, "dof": float(len(z)), "p": chi_square_tail(chi2, len(z))}
+    return PairAgreement(chi2=chi2, dof=float(len(z)), p=chi_square_tail(chi2, len(z)))
 
 
 def delay_of(first: Array, second: Array, missing: Spans, lag: int, edf: float) -> int:

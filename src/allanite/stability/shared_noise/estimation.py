@@ -8,7 +8,7 @@ its exact variance under the noise terms of all parts, and the interval of `fidu
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +28,9 @@ from allanite.recording.records import Recording, merge_spans
 from allanite.stability.shared_noise.agreement import delay_of, same_to_all, shared_sign
 from allanite.stability.shared_noise.fiducial import LEAST_FREEDOM, interval_of
 from allanite.stability.shared_noise.quadratic import common_form, covariance_of, own_basis, own_form
-from allanite.stability.shared_noise.results import COMMON, NoisePart, Separation
+from allanite.stability.shared_noise.results import COMMON, NoisePart, SensorDelay, Separation
 from allanite.stability.shared_noise.terms import SYMBOLS, FittedTerms, fit_terms
+from allanite.stability.shared_noise.verdict import SeparationVerdict
 
 __all__ = ["separate_noise"]
 
@@ -42,8 +43,9 @@ _LONGEST = 6
 _FEWEST_SAMPLES = 64
 #: Channels whose difference has less than this part of their variance are one and the same.
 _SAME = 1e-20
-#: Probability below which three sensors do not share the same part.
-_UNLIKE = 0.01
+_VERDICTS: Mapping[int, SeparationVerdict] = {
+    1: SeparationVerdict.SHARED, 0: SeparationVerdict.NOT_SHARED, -1: SeparationVerdict.OPPOSITE
+}  # fmt: skip
 
 
 def separate_noise(
@@ -211,9 +213,8 @@ def _separation(
     r = np.stack([matrix.covariance[:, i, j] / (sd[:, i] * sd[:, j]) for i, j in couples], axis=1)
     sign = shared_sign(r, free.min(axis=1))
     same = same_to_all(matrix.covariance / scale, terms.products, free.min(axis=1))
-    delays = _delays(phases, missing, matrix, names, couples, r, free, recording.dt)
+    delays = tuple(_delays(phases, missing, matrix, names, couples, r, free, recording.dt))
     tau = matrix.lags.astype(np.float64)[enough] * recording.dt
-    verdict, reason = _verdict(sign, common, alone, tau)
     return Separation(
         channels=names,
         opposite=tuple(opposite),
@@ -227,10 +228,9 @@ def _separation(
         common=common,
         correlation=r[enough],
         pairs=tuple((names[i], names[j]) for i, j in couples),
-        verdict=verdict,
-        reason=reason,
+        verdict=_VERDICTS[sign],
         agreement=same,
-        remarks=(*_remarks(sign, same, names), *delays),
+        delays=delays,
         missing=int((missing[:, 1] - missing[:, 0]).sum()),
         confidence=confidence,
         rate=recording.rate,
@@ -343,46 +343,6 @@ class _Estimator:
         )
 
 
-# -- words -----------------------------------------------------------------------------------------------------------
-
-
-def _verdict(sign: int, common: NoisePart, alone: Sequence[NoisePart], tau: Array) -> tuple[str, str]:
-    if sign == 0:
-        return "no shared noise is seen", "no pair is correlated at any lag by more than chance"
-    if sign < 0:
-        return (
-            "the sensors share noise of opposite sign",
-            "where one reads more the other reads less: name the one that is mounted the other way round (--opposite)",
-        )
-    mean = np.mean([p.variance for p in alone], axis=0)
-    share = np.where(common.resolved, common.variance / np.maximum(mean + common.variance, 1e-300), 0.0)
-    if not common.resolved.any():
-        return (
-            "noise is shared",
-            "pairs are correlated, but the common part has no lag of its own at which it is seen",
-        )
-    at = int(np.argmax(share))
-    lags_resolved, most = int(common.resolved.sum()), f"{100 * share[at]:.0f} % of the variance there"
-    reason = f"the common part is seen at {lags_resolved} of {len(tau)} lags, most at {tau[at]:.3g} s: {most}"
-    return "noise is shared", reason
-
-
-def _remarks(sign: int, same: dict[str, float] | None, names: Sequence[str]) -> tuple[str, ...]:
-    out = []
-    if sign > 0:
-        out.append(
-            "what is common may be the Earth, a vibration, the temperature or a supply: the data cannot tell which"
-        )
-    if same is not None and same["p"] < _UNLIKE:
-        out.append(
-            f"the pairs of {listed(names)} do not share the same part (p = {same['p']:.1g}): what two of them share "
-            "counts to their own noise, and may make that of the third too small"
-        )
-    if len(names) == 2:
-        out.append("of two sensors a scale error of one is seen as own noise; a third sensor would tell")
-    return tuple(out)
-
-
 def _delays(
     phases: Array,
     missing: Spans,
@@ -392,9 +352,8 @@ def _delays(
     r: Array,
     free: Array,
     dt: float,
-) -> list[str]:
+) -> Iterator[SensorDelay]:
     """Sensors that feel the common part later than others, at the shortest lag at which they are correlated."""
-    out = []
     edf = free.min(axis=1)
     for k, (i, j) in enumerate(couples):
         for at, m in enumerate(matrix.lags):
@@ -402,9 +361,5 @@ def _delays(
                 delay = delay_of(phases[i], phases[j], missing, int(m), float(edf[at]))
                 if delay:
                     late, early = (names[j], names[i]) if delay > 0 else (names[i], names[j])
-                    out.append(
-                        f"{late} feels the common part about {abs(delay) * dt:.3g} s later than {early}: at lags of "
-                        "that length and below, the common part comes out too small and the own parts too large"
-                    )
+                    yield SensorDelay(late=late, early=early, delay=abs(delay) * dt)
                 break
-    return out

@@ -3,31 +3,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.noise import NoiseModel
-from allanite.plain_files.json_values import plain
+from allanite.quantities.result import Result
+from allanite.stability.shared_noise.verdict import SeparationVerdict
+from allanite.stability.shared_noise.words import (
+    FROM_OUTSIDE,
+    NOT_CORRELATED,
+    OPPOSITE,
+    SHARED_UNSEEN,
+    TWO_SENSORS,
+    delay_sentence,
+    shared_sentence,
+    unlike_sentence,
+)
 
-__all__ = ["COMMON", "NoisePart", "Separation"]
+__all__ = ["COMMON", "NoisePart", "PairAgreement", "SensorDelay", "Separation"]
 
 Array = NDArray[np.float64]
 
 #: Name of the part that the sensors share.
 COMMON = "common"
+#: Probability below which three sensors do not share the same part.
+_UNLIKE = 0.01
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NoisePart:
+class NoisePart(Result):
     """Own noise of one sensor, or the common part.
 
     Attributes
     ----------
     name : str
-        Of the channel; "common".
+        Of the channel, or "common".
     variance : ndarray, shape (n_lags,) [SI^2]
         Estimate of the Allan variance, which may be negative: that is no fault, but chance around a small value.
     variance_lower, variance_upper : ndarray, shape (n_lags,) [SI^2]
@@ -37,6 +51,7 @@ class NoisePart:
     lower, upper : ndarray, shape (n_lags,) [SI]
         Ends of the interval; lower is zero for an upper limit.
     edf : ndarray, shape (n_lags,)
+        Degrees of freedom.
     model : NoiseModel
         Terms with their intervals; what reaches zero is an upper limit.
     """
@@ -56,48 +71,91 @@ class NoisePart:
         """Lags at which the part is seen, shape (n_lags,)."""
         return np.asarray(self.lower > 0)
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, SI units; null for what does not exist."""
-        names = ("name", "variance", "variance_lower", "variance_upper", "deviation", "lower", "upper", "edf")
-        return {**{k: plain(getattr(self, k)) for k in names}, "model": self.model.to_json()}
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairAgreement(Result):
+    """A test that every pair of three sensors shares the same part.
+
+    Attributes
+    ----------
+    chi2, dof : float
+        Chi-square, and its expectation if they do.
+    p : float
+        Probability of a larger one, if they do.
+    """
+
+    chi2: float
+    dof: float
+    p: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Separation:
+class SensorDelay(Result):
+    """A sensor that feels the common part later than another.
+
+    Attributes
+    ----------
+    late, early : str
+        Channels.
+    delay : float [s]
+        Between them.
+    """
+
+    late: str
+    early: str
+    delay: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Separation(Result):
     """Noise of two or three sensors, taken apart.
 
     Attributes
     ----------
     channels : tuple of str
+        Two or three.
     opposite : tuple of str
         Channels whose sign was turned around, because they are mounted the other way.
     kind, unit : str
+        Of the channels.
+    verdict : SeparationVerdict
+        "shared", "not shared" or "opposite sign".
     tau : ndarray, shape (n_lags,) [s]
+        Averaging time.
     total, total_lower, total_upper : ndarray, shape (n_lags, n) [SI]
         Deviation of each channel as it is, with its interval.
     own : tuple of NoisePart
+        Of each sensor.
     common : NoisePart
+        What the sensors share.
     correlation : ndarray, shape (n_lags, n_pairs)
         Of every pair, in the order of `pairs`.
     pairs : tuple of (str, str)
-    verdict : str
-        "noise is shared", "no shared noise is seen" or "the sensors share noise of opposite sign".
-    reason : str
-    agreement : dict or None
-        Of three sensors: chi-square "chi2", "dof" and "p" that every pair shares the same.
-    remarks : tuple of str
+        Channels, two by two.
+    agreement : PairAgreement or None
+        None for two sensors.
+    delays : tuple of SensorDelay
+        Sensors that feel the common part later than another.
     missing : int
         Samples at which any channel is missing.
     confidence : float
+        Of the intervals.
     rate : float [Hz]
+        Samples per second.
     duration : float [s]
+        Of the record.
     source : str
+        Of the record.
     """
+
+    FORMAT: ClassVar[str] = "allanite-separation"
+    VERSION: ClassVar[int] = 2
 
     channels: tuple[str, ...]
     opposite: tuple[str, ...]
     kind: str
     unit: str
+    verdict: SeparationVerdict
     tau: Array = field(repr=False)
     total: Array = field(repr=False)
     total_lower: Array = field(repr=False)
@@ -106,15 +164,44 @@ class Separation:
     common: NoisePart
     correlation: Array = field(repr=False)
     pairs: tuple[tuple[str, str], ...]
-    verdict: str
-    reason: str
-    agreement: dict[str, float] | None
-    remarks: tuple[str, ...] = ()
+    agreement: PairAgreement | None
+    delays: tuple[SensorDelay, ...] = ()
     missing: int
     confidence: float
     rate: float
     duration: float
     source: str = ""
+
+    @property
+    def reason(self) -> str:
+        """What the verdict rests on, in a sentence."""
+        match self.verdict:
+            case SeparationVerdict.NOT_SHARED:
+                return NOT_CORRELATED
+            case SeparationVerdict.OPPOSITE:
+                return OPPOSITE
+            case SeparationVerdict.SHARED:
+                return self._share()
+
+    def _share(self) -> str:
+        seen, common = self.common.resolved, self.common.variance
+        if not seen.any():
+            return SHARED_UNSEEN
+        alone = np.mean([part.variance for part in self.own], axis=0)
+        share = np.where(seen, common / np.maximum(alone + common, 1e-300), 0.0)
+        at = int(np.argmax(share))
+        return shared_sentence(int(seen.sum()), len(self.tau), float(self.tau[at]), float(share[at]))
+
+    @property
+    def remarks(self) -> list[str]:
+        """What a reader must know besides."""
+        unlike = self.agreement is not None and self.agreement.p < _UNLIKE
+        return [
+            *([FROM_OUTSIDE] if self.verdict is SeparationVerdict.SHARED else []),
+            *([unlike_sentence(self.channels, self.agreement.p)] if self.agreement and unlike else []),
+            *([TWO_SENSORS] if len(self.channels) == 2 else []),
+            *(delay_sentence(d.late, d.early, d.delay) for d in self.delays),
+        ]
 
     @property
     def parts(self) -> tuple[NoisePart, ...]:
@@ -136,16 +223,8 @@ class Separation:
                 return part
         raise InputError(f"no part {name!r}; there are: {', '.join(p.name for p in self.parts)}")
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, SI units; null for what does not exist."""
-        names = (
-            "source", "verdict", "reason", "channels", "opposite", "kind", "unit", "rate", "duration", "missing",
-            "confidence", "tau", "total", "total_lower", "total_upper", "correlation", "pairs", "agreement", "remarks",
-        )  # fmt: skip
-        return {
-            "format": "allanite-separation",
-            "version": 1,
-            **{k: plain(getattr(self, k)) for k in names},
-            "own": [part.to_json() for part in self.own],
-            "common": self.common.to_json(),
-        }
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        from allanite.stability.shared_noise.version_1 import upgraded
+
+        return upgraded(data) if data.get("version") == 1 else data

@@ -426,13 +426,14 @@ def _environment(result: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"nothing was found that a figure {view!r} could show")
 
 
-def _separation(result: Any, *, view: str = "whole") -> Sheet:
+def _separation(given: Any, *, view: str = "whole") -> Sheet:
+    from allanite.stability.shared_noise import Separation
     from allanite.views.figures import shared_noise
 
     _known_view(view, shared_noise.VIEWS, "sensors taken apart")
-    document = result if isinstance(result, Mapping) else result.to_json()
+    result: Separation = Separation.from_json(given) if isinstance(given, Mapping) else given
     parts = {"parts": shared_noise.part_panel, "correlation": shared_noise.correlation_panel}
-    return _column([make(document) for name, make in parts.items() if view in ("whole", name)])
+    return _column([make(result) for name, make in parts.items() if view in ("whole", name)])
 
 
 def _selection(result: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:

@@ -3,32 +3,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from allanite.quantities.display_units import display_unit
-from allanite.views.figures.panel import MARKERS, SERIES, Axis, Curve, Panel, array, level, positive_range
+from allanite.stability.shared_noise.results import COMMON, NoisePart, Separation
+from allanite.views.figures.panel import MARKERS, SERIES, Axis, Curve, Panel, level, positive_range
 
 __all__ = ["VIEWS", "correlation_panel", "part_panel"]
-
-Json = Mapping[str, Any]
 
 VIEWS = ("whole", "parts", "correlation")
 
 
-def part_panel(document: Json) -> Panel:
+def part_panel(result: Separation) -> Panel:
     """Own noise of every sensor and the common part, with intervals; a triangle alone is an upper limit."""
-    unit, factor = display_unit(document["kind"], "adev", document["unit"])
-    tau = array(document["tau"])
-    curves = []
-    total = array(document["total"]) / factor
-    for i, name in enumerate(document["channels"]):
+    unit, factor = display_unit(result.kind, "adev", result.unit)
+    tau, curves, total = result.tau, [], result.total / factor
+    for i, name in enumerate(result.channels):
         curves.append(Curve(x=tau, y=total[:, i], label=f"{name} as it is", colour=SERIES[i], style="dotted"))
-    parts = [*document["own"], document["common"]]
+    parts = result.parts
     shift = 2.0 ** (0.14 * (np.arange(len(parts)) - (len(parts) - 1) / 2))  # bars side by side
-    floor = positive_range(*(array(p["deviation"]) / factor for p in parts), total)[0] / 5
+    floor = positive_range(*(p.deviation / factor for p in parts), total)[0] / 5
     for i, part in enumerate(parts):
         common = i == len(parts) - 1
         curves += _curves(part, tau * shift[i], factor, floor, "ink" if common else SERIES[i], MARKERS[i])
@@ -44,11 +40,11 @@ def part_panel(document: Json) -> Panel:
 
 
 def _curves(
-    part: Json, tau: np.ndarray[Any, Any], factor: float, floor: float, colour: str, marker: str
+    part: NoisePart, tau: np.ndarray[Any, Any], factor: float, floor: float, colour: str, marker: str
 ) -> list[Curve]:
     """Points with bars where the part is seen; triangles where there is a limit."""
-    value, low, high = (array(part[k]) / factor for k in ("deviation", "lower", "upper"))
-    name = "common part" if part["name"] == "common" else f"{part['name']} alone"
+    value, low, high = (v / factor for v in (part.deviation, part.lower, part.upper))
+    name = "common part" if part.name == COMMON else f"{part.name} alone"
     known = np.isfinite(value)
     curves = []
     if known.any():
@@ -68,12 +64,12 @@ def _curves(
     return curves
 
 
-def correlation_panel(document: Json) -> Panel:
+def correlation_panel(result: Separation) -> Panel:
     """Correlation of every pair over the averaging time."""
-    tau, r = array(document["tau"]), array(document["correlation"])
+    tau, r = result.tau, result.correlation
     curves = tuple(
         Curve(x=tau, y=r[:, k], label=f"{first} and {second}", colour=SERIES[k], marker=MARKERS[k])
-        for k, (first, second) in enumerate(document["pairs"])
+        for k, (first, second) in enumerate(result.pairs)
     )
     low = float(min(np.nanmin(r), 0.0))
     ends = float(tau.min()) / 1.3, float(tau.max()) * 1.3

@@ -50,7 +50,6 @@ _PAGES = {
     "allanite-environment": "environment",
     "allanite-combination": "redundancy",
     "allanite-selection": "selection",
-    "allanite-separation": "shared_noise",
     "allanite-datasheet": "datasheet",
     "allanite-difference": "difference",
     "allanite-overbound": "datasheet",

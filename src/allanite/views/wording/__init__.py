@@ -11,7 +11,6 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``north``    directions
 ``redundancy``  combined sensors
 ``selection``  sets of terms
-``shared_noise``  what sensors share, and what each has alone
 ``vector``   rate vector and null test
 ``rate_table``  the response to a rate table
 ``alignment``  roll, pitch and heading
@@ -152,7 +151,6 @@ from allanite.views.wording.selection import (
     term_lines,
     weight_words,
 )
-from allanite.views.wording.shared_noise import part_lines, part_term_lines, separation_facts
 from allanite.views.wording.spectrum import (
     density_lines,
     density_unit,
@@ -297,8 +295,6 @@ __all__ = [
     "pair_lines",
     "parameter_groups",
     "parameter_unit",
-    "part_lines",
-    "part_term_lines",
     "plan_facts",
     "plan_table",
     "planned_lines",
@@ -323,7 +319,6 @@ __all__ = [
     "selection_facts",
     "sensor_words",
     "sentence",
-    "separation_facts",
     "severity_order",
     "shape_words",
     "share",

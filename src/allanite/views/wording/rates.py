@@ -64,8 +64,6 @@ _TONES = {
     "no bias that follows the turns": "good",
     "calibrated": "good",
     "sensors agree": "good",
-    "no shared noise is seen": "good",
-    "noise is shared": "good",
     "the terms are clear": "good",
     "meets the data sheet": "good",
     "a sensor is at fault": "warning",
