@@ -16,7 +16,7 @@ BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.in kernels/*.
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test verify fuzz frozen faults coverage bench docs lint kernels-test firmware dist dev-build clean prerequisites
+.PHONY: help demo test verify fuzz frozen faults coverage bench docs site links lint kernels-test firmware dist dev-build clean prerequisites
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' Makefile
@@ -51,8 +51,15 @@ coverage: $(VENV)/.dev ## lines and branches that the tests run, in every proces
 bench: $(VENV)/.dev ## speed and memory beside allantools, statsmodels and plain NumPy
 	$(BIN)/python -m benchmarks
 
-docs: $(VENV)/.dev ## bring the generated reference pages up to date, run every example of the documents
-	ALLANITE_WRITE_DOCS=1 $(BIN)/python -m pytest -q tests/test_docs.py
+docs: $(VENV)/.docs ## bring the generated pages and figures up to date, run every example, build the site
+	ALLANITE_WRITE_DOCS=1 $(BIN)/python -m pytest -q tests/test_docs.py tests/test_site.py
+	$(MAKE) site
+
+site: $(VENV)/.docs ## the documents as a site in build/site/index.html: searchable, without a network
+	$(BIN)/python -m sphinx -q -W --keep-going -c docs/site -d build/site-cache . build/site
+
+links: $(VENV)/.docs ## do the links of the documents to other sites still work? (needs a network)
+	$(BIN)/python -m sphinx -q -b linkcheck -c docs/site -d build/site-cache . build/links
 
 lint: $(VENV)/.dev ## style, types, the import contract and bandit
 	$(BIN)/ruff check .
@@ -97,6 +104,11 @@ $(VENV)/.dev: $(BUILD_INPUTS) | $(BIN)/python
 		&& $(BIN)/uv pip install --quiet --python $(BIN)/python -e ".[dev]"; } \
 		|| $(BIN)/python -m pip install --quiet --no-compile -e ".[dev]"
 	@touch $(VENV)/.run $@
+
+$(VENV)/.docs: $(VENV)/.dev
+	$(BIN)/uv pip install --quiet --python $(BIN)/python -r pyproject.toml --extra docs \
+		|| $(BIN)/python -m pip install --quiet --no-compile -e ".[docs]"
+	@touch $@
 
 # Says what is missing, and the command that brings it, before anything starts.
 prerequisites:

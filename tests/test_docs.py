@@ -12,7 +12,7 @@ come out of the command (runs of blanks count as one; a line with an ellipsis ma
     <!-- file: sensor.json -->              the next block, of any language, is the content of this file
     <!-- python: x = 1 -->                  prepares or checks what a reader need not see; may use internals
 
-The pages in `GENERATED` are written by this file: ``make docs`` brings them up to date.
+The pages in `GENERATED` and the pictures of the gallery are written by this file: ``make docs`` brings them up to date.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import inspect
 import os
 import re
 import shlex
+import shutil
 import typing
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
@@ -130,6 +131,17 @@ def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
             assert_command_runs(step, f"{page.name}:{step.line}", run)
         else:
             assert_python_runs(step, page, names)
+    if page.name == "gallery.md":
+        for picture in re.findall(r"\]\((images/[^)]+)\)", page.read_text(encoding="utf-8")):
+            assert_picture_was_saved(page.parent / picture, tmp_path)
+
+
+def assert_picture_was_saved(picture: Path, folder: Path) -> None:
+    """A picture of the gallery is one that the lines of its page have saved; ``make docs`` keeps it."""
+    assert (folder / picture.name).exists(), f"no line saves {picture.name}"
+    if os.environ.get("ALLANITE_WRITE_DOCS"):
+        picture.parent.mkdir(exist_ok=True)
+        shutil.copyfile(folder / picture.name, picture)
 
 
 def test_the_reader_of_pages_sees_commands_output_and_comments(tmp_path: Path) -> None:

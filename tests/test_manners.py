@@ -586,11 +586,3 @@ def test_make_alone_lists_every_target() -> None:
     )
     for target in re.findall(r"^\.PHONY: (.*)$", makefile, re.M)[0].split():
         assert target == "prerequisites" or f"make {target} " in done.stdout
-
-
-def test_links_between_documents_lead_somewhere() -> None:
-    pages = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
-    for page in pages:
-        for target in re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8")):
-            if not re.match(r"[a-z]+:", target):
-                assert (page.parent / target).exists(), f"{short(page)} links to {target}"

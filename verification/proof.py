@@ -57,7 +57,32 @@ What this package claims, and what simulation says of it. Records are drawn from
 as a user's would be; every record counts, whether a parameter was called present or not. A row holds when it lies
 inside the bounds of chance that its table states (99.9 % for most), so that of a thousand rows one fails by bad luck.
 `make verify` makes all again, `python -m verification likelihood --share 0.1` a tenth of one; every run has its seed.
-This page is made from the [committed results](../verification/results), and a test holds it to them."""
+This page is made from the results committed in `verification/results`, and a test holds it to them.
+What a record cannot tell, and what no check sees, has
+[its own page](explanation/what-the-data-can-tell.md#what-a-tool-can-see-by-itself).
+
+<!-- cards -->
+* **[Scoreboard](scoreboard.md)** The same records through other tools.
+* **[Real recordings](real-recordings.md)** Recordings that others published, beside their data sheets.
+* **[Real units](real-units.md)** Published calibrations and headings, repeated from the recordings.
+
+## Claims
+
+<!-- pages -->"""
+_SPEED = """## Speed
+
+Measured on the machine that each page names; `make bench` measures yours.
+
+<!-- pages -->
+* [A week of six axes at 32 Hz](../benchmarks/results/characterize_speed.md): from file to report
+* [Allan deviation](../benchmarks/results/allan_speed.md): a week at 32 Hz, beside AllanTools and plain NumPy
+* [Kalman filter](../benchmarks/results/kalman_speed.md): a week at 32 Hz, beside statsmodels and FilterPy
+* [Simulation](../benchmarks/results/simulation_speed.md): a week at 32 Hz
+* [Reading logs](../benchmarks/results/read_speed.md): each format
+* [A billion samples](../benchmarks/results/billion_samples.md): from disk, one thread
+* [A long series on the page](../benchmarks/results/page_speed.md), and [its bounds](../verification/results/page.md)
+* [Decimated engine](../benchmarks/results/decimation_loss.md): the degrees of freedom that it loses
+* [Other tools](../verification/results/scoreboard.md): every row of the scoreboard"""
 #: Columns that hold a row by being zero.
 _NONE = (
     "acknowledged_lost",
@@ -77,7 +102,6 @@ def proof_page() -> str:
     done = {name: _read(name) for name in CLAIMS if (RESULTS / f"{name}.json").exists()}
     lines = [
         *_HEAD.splitlines(),
-        "",
         "| claim | records of each row | rows | hold | run of | table |",
         "|---|---|---|---|---|---|",
     ]
@@ -107,6 +131,7 @@ def proof_page() -> str:
     ]
     for name in pictures:
         lines += ["", f"![{_PICTURES[name]}](../verification/results/{name}.png)"]
+    lines += ["", *_SPEED.splitlines()]
     return "\n".join(lines) + "\n"
 
 

@@ -386,9 +386,9 @@ class GaussMarkov:
         return self.sigma**2 * top / (4 * m**2 * math.sinh(a / 2) ** 2)
 
     def phase_covariance(self, t: Array, dt: float, sampling: str) -> Array:
-        """S(t) of numbers [3], less the even polynomial 1 + u^2/2 (u = a|t|, a = dt/T) that would cancel.
+        """S(t) of numbers [3], less the even polynomial ``1 + u^2/2`` (``u = a|t|, a = dt/T``) that would cancel.
 
-        Points: -sigma^2 [e^-u/(4 sinh^2(a/2)) + |t| coth(a/2)/2]; means: -(sigma/a)^2 (e^-u + u).
+        Points: ``-sigma^2 [e^-u/(4 sinh^2(a/2)) + |t| coth(a/2)/2]``; means: ``-(sigma/a)^2 (e^-u + u)``.
         """
         a = dt / self.T
         size = np.abs(t)

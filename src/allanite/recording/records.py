@@ -425,7 +425,7 @@ class Recording:
     def blocks(self, name: str, size: int = BLOCK) -> Iterator[tuple[int, Samples]]:
         """Stream a channel: pairs (position of the first sample, float64 block with NaN where missing).
 
-        Overload words (|v| >= 9.9E37) and infinities are missing. Values are in the channel's own unit, less
+        Overload words (``|v| >= 9.9E37``) and infinities are missing. Values are in the channel's own unit, less
         `origin(name)`.
         """
         column = self.columns[self.index(name)]
