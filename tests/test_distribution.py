@@ -125,3 +125,27 @@ def test_an_installed_wheel_exports_a_filter_that_compiles_in_an_empty_folder(tm
     (work / "main.cpp").write_text(_MAIN, encoding="utf-8")
     run("g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", "main.cpp", "-o", "main")
     run(work / "main")
+
+
+def relative_links(text: str) -> list[str]:
+    return re.findall(r"\]\((?!https://|#)[^)]*\)", text)
+
+
+def test_the_description_of_the_package_has_no_relative_link() -> None:
+    text = importlib.metadata.metadata("allanite").get_payload()
+    assert text.startswith("# allanite\n") and "```console" in text
+    assert not relative_links(text) and "<!--" not in text, "if it is installed from before: make .venv/.dev"
+
+
+def test_links_of_the_readme_lead_into_the_repository_that_is_stated() -> None:
+    from long_description import absolute
+
+    page = (_ROOT / "README.md").read_text(encoding="utf-8")
+    assert relative_links(page)
+    stated = absolute(page, "https://example.org/allanite/", "v1.2.3")
+    assert not relative_links(stated)
+    assert "[The proof](https://example.org/allanite/blob/v1.2.3/docs/proof.md)" in stated
+    assert "](https://example.org/allanite/raw/v1.2.3/docs/images/report.png)" in stated
+    without = absolute(page, "", "v1.2.3")
+    assert not relative_links(without) and "The proof" in without and "![" not in without
+    assert absolute("[a](https://x.org) [b](#c)\n", "", "v1") == "[a](https://x.org) [b](#c)\n"
