@@ -184,13 +184,13 @@ class Separation(Result):
                 return self._share()
 
     def _share(self) -> str:
-        seen, common = self.common.resolved, self.common.variance
-        if not seen.any():
+        resolved, common = self.common.resolved, self.common.variance
+        if not resolved.any():
             return SHARED_UNSEEN
         alone = np.mean([part.variance for part in self.own], axis=0)
-        share = np.where(seen, common / np.maximum(alone + common, 1e-300), 0.0)
+        share = np.where(resolved, common / np.maximum(alone + common, 1e-300), 0.0)
         at = int(np.argmax(share))
-        return shared_sentence(int(seen.sum()), len(self.tau), float(self.tau[at]), float(share[at]))
+        return shared_sentence(int(resolved.sum()), len(self.tau), float(self.tau[at]), float(share[at]))
 
     @property
     def remarks(self) -> list[str]:

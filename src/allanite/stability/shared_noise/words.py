@@ -30,10 +30,10 @@ FROM_OUTSIDE = (
 TWO_SENSORS = "of two sensors a scale error of one is seen as own noise; a third sensor would tell"
 
 
-def shared_sentence(seen: int, lags: int, tau: float, share: float) -> str:
+def shared_sentence(resolved: int, lags: int, tau: float, share: float) -> str:
     """At how many lags the common part is seen, and where it is most of the variance."""
     return (
-        f"the common part is seen at {seen} of {lags} lags, most at {tau:.3g} s: "
+        f"the common part is seen at {resolved} of {lags} lags, most at {tau:.3g} s: "
         f"{100 * share:.0f} % of the variance there"
     )
 
