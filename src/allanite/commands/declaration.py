@@ -75,6 +75,8 @@ class Command:
         Files that may hold its document in place of that.
     further : tuple of str
         Files that `work` leaves beside its document and report, and that are no tables.
+    series : str
+        What the recording is called that its `--output` writes; "" where it leaves none.
     folder : str
         Where its files go if nobody says so; "" for nowhere.
     conflicts : tuple of Conflict
@@ -98,6 +100,7 @@ class Command:
     document: str = ""
     documents: tuple[str, ...] = ()
     further: tuple[str, ...] = ()
+    series: str = ""
     folder: str = ""
     conflicts: tuple[Conflict, ...] = ()
     judged_here: Collection[str] = ()
@@ -162,7 +165,8 @@ class Command:
         tables: dict[str, Callable[[Result], Iterable[dict[str, object]]]] = {
             file: _loaded(rows) for file, rows in self.tables.items()
         }
-        return replace(measured, tables={file: [*rows(measured.result)] for file, rows in tables.items()})
+        made = {file: [*rows(measured.result)] for file, rows in tables.items()}
+        return replace(measured, tables={**measured.tables, **made})
 
     def _by_work(
         self, log: Place | Sequence[Place], *, model: Place | None, source: str | None, **options: object

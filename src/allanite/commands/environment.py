@@ -1,95 +1,25 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Effects of the environment, from a log to everything that a report needs."""
+"""What do temperature and warm-up do to a sensor?"""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Collection, Mapping
-from pathlib import Path
-from typing import Any, Literal
+from dataclasses import replace
 
-from allanite.commands.measurement import MeasurementResult, beside, file_names
-from allanite.commands.recordings import has_gaps, models_from, noise_channels, ready_log
-from allanite.plain_files.regular_file import file_sha256
+from allanite.commands.declaration import Command
+from allanite.commands.option import ACCEPT, CONFIDENCE, MODEL, TEMPERATURE, WARM_UP
 
-__all__ = ["environment_of", "save_residual"]
+__all__ = ["ENVIRONMENT"]
 
-Advance = Callable[[float, str], None]
-_CURVE = ("tau", "before", "after", "deviation", "error", "share", "left")
-
-
-def environment_of(
-    log: str | os.PathLike[str],
-    *,
-    temperature: str | Mapping[str, str] | None = None,
-    warm_up: Literal["model", "cut"] | None = None,
-    model: str | os.PathLike[str] | None = None,
-    accept: Collection[str] = (),
-    confidence: float = 0.95,
-    command: str | None = None,
-    source: str | None = None,
-    progress: Advance | None = None,
-    **options: Any,
-) -> MeasurementResult:
-    """Temperature and warm-up in every channel of a log that carries sensor noise; see `free_of_environment`.
-
-    Parameters
-    ----------
-    model : path, optional
-        Noise of the sensors, known from elsewhere: one for all, or one for each.
-    **options
-        Those of `read`.
-
-    Raises
-    ------
-    InputError
-        No temperature and no warm-up to look at, or what `free_of_environment` refuses.
-    DataQualityError
-        A fatal finding that was not accepted.
-    """
-    from allanite.stability.environment import free_of_environment
-    from allanite.stability.environment.remarks import remarks
-
-    advance = progress or (lambda fraction, what: None)
-    prepared, findings = ready_log(
-        log,
-        accept=accept,
-        source=source,
-        progress=lambda fraction, what: advance(0.1 * fraction, what),
-        **options,
-    )
-    thermometers = {temperature} if isinstance(temperature, str) else set((temperature or {}).values())
-    names = noise_channels(prepared.select(*(n for n in prepared.names if n not in thermometers)))
-    freed = free_of_environment(
-        prepared,
-        channels=names,
-        temperature=temperature,
-        warm_up=warm_up,
-        models=None if model is None else models_from(model, names),
-        confidence=confidence,
-        progress=lambda fraction, what: advance(0.1 + 0.8 * fraction, what),
-    )
-    shown = [*findings, *(r for e in freed.estimates for r in remarks(e))]
-    document = {
-        **freed.to_json(),
-        "confidence": confidence,
-        **beside(prepared, None, shown, file_sha256(log), command),
-    }
-    curves = {e.channel: e.correction for e in freed.estimates if e.correction is not None}
-    tables = {
-        name: [
-            dict(zip(_CURVE, row, strict=True))
-            for row in zip(*(getattr(curve, k).tolist() for k in _CURVE), strict=True)
-        ]
-        for name, curve in zip(file_names(curves, ".csv"), curves.values(), strict=True)
-    }
-    return MeasurementResult(
-        result=freed, document=document, name="environment", tables=tables, lossy=has_gaps(prepared)
-    )
-
-
-def save_residual(measured: MeasurementResult, path: str | os.PathLike[str], *, force: bool = False) -> Path:
-    """Write the recording without what was removed."""
-    from allanite.files.recording_file import write_recording
-
-    return write_recording(measured.result.residual, path, force=force)
+ENVIRONMENT = Command(
+    name="environment",
+    title="Temperature and warm-up",
+    summary="Separate temperature and warm-up from noise.",
+    details=(
+        "Estimates temperature coefficients, thermometer lag, hysteresis and warm-up, with intervals, and removes only "
+        "what the record resolves."
+    ),
+    example="allanite environment gyro.csv --temperature temp --warm-up model --out environment",
+    options=(TEMPERATURE, WARM_UP, replace(MODEL, otherwise="fitted to the log"), CONFIDENCE, ACCEPT),
+    work="allanite.commands.residual:environment_of",
+    series="residual",
+)

@@ -64,6 +64,8 @@ class MeasurementResult:
         Further files: rows of a CSV table, by file name.
     lossy : bool
         Samples or rows of the log did not take part.
+    series : Recording, optional
+        What it leaves of the log, or makes of it, for ``--output``.
     write : callable, optional
         Leaves its files, where these are others: takes folder, figure and `force`.
     """
@@ -73,6 +75,7 @@ class MeasurementResult:
     name: str
     tables: Mapping[str, Sequence[Json]]
     lossy: bool
+    series: Recording | None = None
     write: Callable[..., Delivered] | None = None
 
     @property

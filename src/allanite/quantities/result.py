@@ -113,6 +113,8 @@ def read_result(of: type[R], data: object, place: str = "") -> R:
     """
     if not isinstance(data, Mapping):
         raise FormatError(f"{place}: an object is expected, not {data!r:.40}")
+    if not of.FORMAT:  # a part may be of a version of its own
+        data = of._upgraded(data)
     known = {f.name: f"{place}.{f.name}" if place else f.name for f in _fields(of)}
     missing = [
         f"{known[f.name]} is missing"

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-__all__ = ["Tone", "Verdict"]
+__all__ = ["Tone", "Verdict", "WordedCode"]
 
 
 class Tone(StrEnum):
@@ -35,4 +35,22 @@ class Verdict(StrEnum):
         member = str.__new__(cls, code)
         member._value_ = code
         member.words, member.tone = words, tone
+        return member
+
+
+class WordedCode(StrEnum):
+    """Base of what a part of an analysis comes to: ``MEMBER = code, words``.
+
+    Attributes
+    ----------
+    words : str
+        A sentence, or the part of one.
+    """
+
+    words: str
+
+    def __new__(cls, code: str, words: str) -> WordedCode:
+        member = str.__new__(cls, code)
+        member._value_ = code
+        member.words = words
         return member

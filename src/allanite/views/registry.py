@@ -21,6 +21,7 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
         "Comparison",
         "allanite.views.comparison",
     ),
+    "allanite-environment": ("allanite.stability.environment", "Environment", "allanite.views.environment"),
     "allanite-separation": ("allanite.stability.shared_noise", "Separation", "allanite.views.shared_noise"),
     "allanite-earth-rate": (
         "allanite.experiments.earth_rate",

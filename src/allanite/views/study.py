@@ -21,7 +21,6 @@ from allanite.views.blocks import (
     Cell,
     Coefficients,
     Details,
-    Drawn,
     Findings,
     Page,
     PageBlock,
@@ -34,9 +33,15 @@ from allanite.views.blocks import (
     pairs,
     table,
 )
+from allanite.views.environment import (
+    coefficient_table,
+    effect_table,
+    environment_picture,
+    environment_sentences,
+    known_facts,
+)
 from allanite.views.figures.curves import STATISTICS
 from allanite.views.pieces import finding_row
-from allanite.views.report.environment import pictures_of
 from allanite.views.result_page import advice, result_page
 from allanite.views.wording import (
     EQUIVALENT,
@@ -45,11 +50,7 @@ from allanite.views.wording import (
     CoefficientWording,
     capitalised,
     cautions,
-    coefficient_lines,
     duration,
-    effect_lines,
-    environment_facts,
-    environment_sentences,
     findings_headline,
     floor_lines,
     groups,
@@ -369,12 +370,10 @@ def _environment(study: Study) -> Iterator[PageBlock]:
 
 def _environment_of(estimate: EnvironmentFacts) -> Iterator[PageBlock]:
     yield Subheading(estimate.channel)
-    rows = [(*row[:3], Cell(text="", below=row[3])) for row in coefficient_lines(estimate)]
-    yield from table(("Bias by", f"{100 * estimate.confidence:g} % interval", "", ""), rows, brief=False)
-    yield from (Drawn(figure) for figure in pictures_of(estimate))
-    effects = ("Averaging", "Before", "Taken off", "Share of the curve", "Noise left")
-    yield from table(effects, effect_lines(estimate), brief=False)
-    yield pairs(environment_facts(estimate), brief=False)
+    yield from coefficient_table(estimate, brief=False)
+    yield from environment_picture(estimate)
+    yield from effect_table(estimate, brief=False)
+    yield known_facts(estimate, brief=False)
 
 
 def _longer(study: Study) -> Iterator[PageBlock]:

@@ -20,7 +20,6 @@ from allanite.commands.cli import rate_table
 from allanite.commands.cli import calibration
 from allanite.commands.cli import alignment
 from allanite.commands.cli import redundancy
-from allanite.commands.cli import environment
 from allanite.commands.cli import datasheet
 from allanite.commands.cli import difference
 from allanite.commands.cli import recording
@@ -46,7 +45,6 @@ __all__ = [
     "demo",
     "difference",
     "earth",
-    "environment",
     "files",
     "filtering",
     "main",

@@ -23,8 +23,6 @@ from allanite.commands.option import (
     FLOOR,
     READING,
     STATISTICS,
-    TEMPERATURE,
-    WARM_UP,
     Option,
 )
 from allanite.commands.option import MODEL as _MODEL
@@ -53,7 +51,6 @@ __all__ = [
     "accept_option",
     "click_option",
     "confidence_option",
-    "environment_options",
     "floor_option",
     "force_option",
     "in_si",
@@ -389,11 +386,6 @@ class FindingCode(click.ParamType[Any]):
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """What every command that reads a log understands."""
     return with_options(READING)(command)
-
-
-def environment_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Temperature and warm-up."""
-    return with_options((TEMPERATURE, WARM_UP))(command)
 
 
 def turn_options(command: Callable[..., Any]) -> Callable[..., Any]:

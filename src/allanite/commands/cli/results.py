@@ -17,7 +17,7 @@ from allanite.commands.cli.program import LOSS
 if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult
 
-__all__ = ["Destination", "result_options", "results_in", "style_options"]
+__all__ = ["Destination", "result_options", "results_in", "series_option", "style_options"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +86,16 @@ class Destination:
 def result_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Where a result goes: the command gets it as `to`, a `Destination`."""
     return results_in("")(command)
+
+
+def series_option(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Where the recording goes that a measurement leaves."""
+    return click.option(
+        "-o",
+        "--output",
+        type=click.Path(dir_okay=False),
+        help=f"File for the {what}: .parquet, .npz, .npy, .csv or .mat.",
+    )
 
 
 def style_options(command: Callable[..., Any]) -> Callable[..., Any]:

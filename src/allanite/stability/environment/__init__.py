@@ -23,10 +23,12 @@ from allanite.stability.environment.results import (
     Environment,
     EnvironmentEstimate,
     EnvironmentFacts,
+    FreedRecording,
     Hysteresis,
     Lag,
     WarmUp,
 )
+from allanite.stability.environment.verdict import EnvironmentVerdict
 
 __all__ = [
     "Coefficient",
@@ -35,6 +37,8 @@ __all__ = [
     "Environment",
     "EnvironmentEstimate",
     "EnvironmentFacts",
+    "EnvironmentVerdict",
+    "FreedRecording",
     "Hysteresis",
     "Lag",
     "WarmUp",

@@ -30,14 +30,14 @@ from allanite.stability.environment.noise_left_open import Noise, Weighed
 from allanite.stability.environment.questions import coefficient_of, hysteresis_of, lag_of
 from allanite.stability.environment.results import (
     Coefficient,
-    Environment,
     EnvironmentEstimate,
     EnvironmentSeries,
+    FreedRecording,
     Hysteresis,
     Lag,
     WarmUp,
 )
-from allanite.stability.environment.verdict import judge
+from allanite.stability.environment.verdict import CoefficientCause
 from allanite.stability.environment.warming import (
     look_for_warm_up,
     offered,
@@ -68,9 +68,7 @@ SECOND = 0.01
 #: Instants of the picture.
 INSTANTS = 800
 
-_NOT_ASKED = WarmUp(
-    found=False, p=None, terms=(), action="not looked for", cut=None, says="no warm-up was looked for"
-)
+_NOT_ASKED = WarmUp(found=False, p=None, terms=(), action="not looked for", cut=None)
 
 
 def regress_environment(
@@ -147,7 +145,7 @@ def free_of_environment(
     models: Mapping[str, NoiseModel] | None = None,
     confidence: float = 0.95,
     progress: Progress | None = None,
-) -> Environment:
+) -> FreedRecording:
     """Several channels of one recording without the effects of their environment.
 
     Parameters
@@ -161,7 +159,7 @@ def free_of_environment(
 
     Returns
     -------
-    Environment
+    FreedRecording
     """
     advance = progress or (lambda fraction, what: None)
     thermometers = {c: _thermometer(recording, temperature, c) for c in channels}
@@ -187,10 +185,9 @@ def free_of_environment(
         )
         if cuts is not None:
             environment = replace(environment, warm_up=cuts[name])
-            environment = replace(environment, **judge(environment))
         estimates[name] = environment
         recording = environment.residual
-    return Environment(residual=recording, estimates=tuple(estimates.values()))
+    return FreedRecording(residual=recording, estimates=tuple(estimates.values()))
 
 
 def warm_ups_to_cut(
@@ -274,10 +271,7 @@ class _Case:
         base = _base(noise, names)
         look = look_for_warm_up(noise, base, decays)
         if not look.found:
-            says = "no warm-up: an exponential is no larger than the noise allows"
-            none = WarmUp(
-                found=False, p=look.p, terms=(), action="none found", cut=None, says=says, tries=look.tries
-            )
+            none = WarmUp(found=False, p=look.p, terms=(), action="none found", cut=None, tries=look.tries)
             return none, (), noise.best
         fitted = self._exponentials(climate, noise, base, look.best)
         design = EnvironmentDesign(climate=climate, decays=fitted)
@@ -292,9 +286,8 @@ class _Case:
         terms = terms_of(noise, base, fitted)
         length = climate.size * climate.dt
         cut = settled_after(terms, noise.best, length)
-        says = f"the bias settles as after power-on, for some {cut:.3g} s"
         made = WarmUp(
-            found=True, p=look.p, terms=terms, action="left in", cut=None, says=says, tries=look.tries
+            found=True, p=look.p, terms=terms, action="left in", cut=None, settled=cut, tries=look.tries
         )
         if treatment is None:
             return made, (), noise.best
@@ -361,13 +354,10 @@ class _Case:
             lag = lag_of(fit, self.confidence)
         taken = [c.name for c in coefficients if _worth_taking(c)] + tails
         effect, correction, residual = self._freed(noise, fit, design, taken, climate)
-        bare = EnvironmentEstimate(
+        return EnvironmentEstimate(
             channel=self.channel,
             kind=self.recording[self.channel].kind.value,
             unit=self.recording[self.channel].unit,
-            verdict="",
-            reason="",
-            advice=(),
             confidence=self.confidence,
             thermometer=climate.thermometer,
             reference=_reference(climate, design),
@@ -384,7 +374,6 @@ class _Case:
             residual=residual,
             series=_series(climate, effect),
         )
-        return replace(bare, **judge(bare))
 
     @property
     def _kind(self) -> str:
@@ -407,8 +396,7 @@ class _Case:
             alone = noise.fit([TEMPERATURE, *others])
             given = coefficient_of(alone, TEMPERATURE, self.confidence)
             if given.status == "resolved":
-                note = "without a drift of the sensor itself it would be resolved: the temperature went with time"
-                coefficients[0] = replace(first, status="not separable", note=note)
+                coefficients[0] = replace(first, status="not separable", cause=CoefficientCause.DRIFT)
         return tuple(coefficients)
 
     def _freed(
@@ -511,18 +499,16 @@ def _attenuation(noise: Noise, base: Sequence[str]) -> float | None:
     return left / signal
 
 
-def _unknown(name: str, note: str) -> Coefficient:
+def _unknown(name: str, cause: CoefficientCause) -> Coefficient:
     return Coefficient(
-        name=name, value=None, sd=None, lower=None, upper=None, p=None, status="not separable", note=note
+        name=name, value=None, sd=None, lower=None, upper=None, p=None, status="not separable", cause=cause
     )
 
 
-def _why(name: str, climate: Climate) -> str:
+def _why(name: str, climate: Climate) -> CoefficientCause:
     if climate.thermometer is not None and climate.thermometer.constant:
-        return "the temperature was constant, as far as its thermometer tells"
-    if name == TEMPERATURE:
-        return "the temperature is a straight line in time: a drift of the sensor explains it as well"
-    return "it cannot be told from the temperature itself in this record"
+        return CoefficientCause.CONSTANT
+    return CoefficientCause.STRAIGHT if name == TEMPERATURE else CoefficientCause.COLLINEAR
 
 
 def _series(climate: Climate, effect: Effect | None) -> EnvironmentSeries:

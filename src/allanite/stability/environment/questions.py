@@ -14,6 +14,7 @@ from allanite.stability.environment.climate import Climate
 from allanite.stability.environment.design import BRANCH, RATE, TEMPERATURE, play
 from allanite.stability.environment.noise_left_open import Noise, Weighed
 from allanite.stability.environment.results import Coefficient, Hysteresis, Lag
+from allanite.stability.environment.verdict import HysteresisStatus, LagStatus
 
 __all__ = ["coefficient_of", "hysteresis_of", "lag_of"]
 
@@ -25,7 +26,7 @@ HYSTERESIS = 0.01
 COVERED = 0.25
 
 
-def coefficient_of(fit: Weighed, name: str, confidence: float, note: str = "") -> Coefficient:
+def coefficient_of(fit: Weighed, name: str, confidence: float) -> Coefficient:
     """A coefficient with its interval; not resolved where that holds zero."""
     i = fit.names.index(name)
     low, high = fit.interval(name, confidence)
@@ -39,7 +40,6 @@ def coefficient_of(fit: Weighed, name: str, confidence: float, note: str = "") -
         p=fit.chance(name),
         status="resolved" if resolved else "not resolved",
         limit=None if resolved else max(abs(low), abs(high)),
-        note=note,
     )
 
 
@@ -51,8 +51,7 @@ def lag_of(fit: Weighed, confidence: float) -> Lag:
     .. [1] E. C. Fieller, "Some problems in interval estimation", J. R. Statist. Soc. B 16 (1954) 175.
     """
     if RATE not in fit.names:
-        says = "the rate of the temperature cannot be told from the temperature itself in this record"
-        return Lag(status="not resolved", value=None, lower=None, upper=None, says=says)
+        return Lag(status=LagStatus.COLLINEAR, value=None, lower=None, upper=None)
     i, j = fit.names.index(TEMPERATURE), fit.names.index(RATE)
     c, g = float(fit.mean[i]), float(fit.mean[j])
     z2 = normal_quantile((1 + confidence) / 2) ** 2
@@ -61,24 +60,10 @@ def lag_of(fit: Weighed, confidence: float) -> Lag:
     d = g**2 - z2 * fit.covariance[j, j]
     root = b**2 - a * d
     if a <= 0 or root < 0:
-        says = "the effect of the temperature is too small in the noise to show a lag"
-        return Lag(status="not resolved", value=None, lower=None, upper=None, says=says)
+        return Lag(status=LagStatus.TOO_SMALL, value=None, lower=None, upper=None)
     low, high = float((b - math.sqrt(root)) / a), float((b + math.sqrt(root)) / a)
-    if low <= 0 <= high:
-        says = "the thermometer follows the sensor without a lag that the record shows"
-        return Lag(status="no lag seen", value=g / c, lower=low, upper=high, says=says)
-    who = (
-        "the thermometer follows behind the sensor"
-        if g / c > 0
-        else "the sensor follows behind the thermometer"
-    )
-    return Lag(
-        status="resolved",
-        value=g / c,
-        lower=low,
-        upper=high,
-        says=f"{who}; a bias that depends on the rate of the temperature looks the same",
-    )
+    status = LagStatus.NO_LAG if low <= 0 <= high else LagStatus.RESOLVED
+    return Lag(status=status, value=g / c, lower=low, upper=high)
 
 
 def hysteresis_of(climate: Climate, noise: Noise, base: Sequence[str], confidence: float) -> Hysteresis:
@@ -93,31 +78,28 @@ def hysteresis_of(climate: Climate, noise: Noise, base: Sequence[str], confidenc
     others = list(base)
     if RATE not in others and noise.separable(RATE, others):
         others.append(RATE)
-    if not why and not noise.separable(BRANCH, others):
-        why = "the branches cannot be told from the temperature and its rate in this record"
-    if why:
-        return Hysteresis(status="not tested", gap=None, lower=None, upper=None, p=None, says=why)
+    if why is None and not noise.separable(BRANCH, others):
+        why = HysteresisStatus.COLLINEAR
+    if why is not None:
+        return Hysteresis(status=why, gap=None, lower=None, upper=None, p=None)
     fit = noise.fit([*others, BRANCH])
     p = fit.chance(BRANCH)
     low, high = fit.interval(BRANCH, confidence)
-    differs = p < HYSTERESIS
-    says = "warming and cooling differ at one temperature" if differs else "warming and cooling do not differ"
     return Hysteresis(
-        status="found" if differs else "not found",
+        status=HysteresisStatus.FOUND if p < HYSTERESIS else HysteresisStatus.NOT_FOUND,
         gap=2 * float(fit.mean[fit.names.index(BRANCH)]),
         lower=2 * low,
         upper=2 * high,
         p=p,
-        says=says + (", beyond what a lag would do" if differs else ", as far as the record tells"),
     )
 
 
-def _untested(climate: Climate) -> str:
+def _untested(climate: Climate) -> HysteresisStatus | None:
     """Why the branches cannot be compared, or nothing."""
     branch, warmth = play(climate.warmth), climate.warmth
     up, down = warmth[branch > 0.5], warmth[branch < -0.5]
     span = float(warmth.max() - warmth.min())
     if not (len(up) and len(down)):
-        return "the temperature went one way only"
+        return HysteresisStatus.ONE_WAY
     common = min(up.max(), down.max()) - max(up.min(), down.min())
-    return "" if common >= COVERED * span else "warming and cooling have too few temperatures in common"
+    return None if common >= COVERED * span else HysteresisStatus.LITTLE_IN_COMMON

@@ -36,7 +36,7 @@ def remarks(estimate: EnvironmentEstimate) -> Iterator[Finding]:
     if estimate.hysteresis is not None and estimate.hysteresis.status == "found":
         yield finding(
             "hysteresis",
-            f"{name}: {estimate.hysteresis.says}",
+            f"{name}: {estimate.hysteresis.status.words}",
             severity=Severity.WARNING,
             channel=name,
             count=n,

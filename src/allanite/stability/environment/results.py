@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,25 @@ from allanite.noise import NoiseModel
 from allanite.quantities.result import Result
 from allanite.recording.records import Recording
 from allanite.stability.environment.climate import Thermometer
-from allanite.stability.environment.correction import Correction
+from allanite.stability.environment.correction import LEAST, Correction
 from allanite.stability.environment.effect import Effect
+from allanite.stability.environment.verdict import (
+    CoefficientCause,
+    EnvironmentVerdict,
+    HysteresisStatus,
+    LagStatus,
+)
+from allanite.stability.environment.words import (
+    COME_BACK,
+    NOTHING_REMOVED,
+    attenuation_sentence,
+    interpolation_sentence,
+    lag_sentence,
+    left_in_sentence,
+    longest_sentence,
+    settling_sentence,
+    size_words,
+)
 
 __all__ = [
     "Coefficient",
@@ -22,6 +40,7 @@ __all__ = [
     "EnvironmentEstimate",
     "EnvironmentFacts",
     "EnvironmentSeries",
+    "FreedRecording",
     "Hysteresis",
     "Lag",
     "WarmUp",
@@ -29,6 +48,8 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+#: An attenuation from here on is reported.
+_NOTABLE = 0.02
 Action = Literal["modelled", "cut", "left in", "none found", "not looked for"]
 
 
@@ -52,8 +73,8 @@ class Coefficient(Result):
         combination of others, so that nothing is known.
     limit : float or None
         The largest size that the interval holds, where it is not resolved.
-    note : str
-        What a reader must know besides.
+    cause : CoefficientCause or None
+        Why it is not separable: "constant", "straight", "collinear" or "drift".
     """
 
     name: str
@@ -62,9 +83,14 @@ class Coefficient(Result):
     lower: float | None
     upper: float | None
     p: float | None
-    status: str
+    status: Literal["resolved", "not resolved", "not separable"]
     limit: float | None = None
-    note: str = ""
+    cause: CoefficientCause | None = None
+
+    @property
+    def note(self) -> str:
+        """What a reader must know besides."""
+        return "" if self.cause is None else self.cause.words
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,19 +99,22 @@ class Lag(Result):
 
     Attributes
     ----------
-    status : str
-        "resolved", "no lag seen" or "not resolved".
+    status : LagStatus
+        "resolved", "no lag seen"; "collinear": the rate of the temperature cannot be told from the temperature; or
+        "too small": the effect of the temperature is.
     value, lower, upper : float or None [s]
         Interval by Fieller's theorem.
-    says : str
-        What was found, in words.
     """
 
-    status: str
+    status: LagStatus
     value: float | None
     lower: float | None
     upper: float | None
-    says: str
+
+    @property
+    def says(self) -> str:
+        """The answer, in words."""
+        return lag_sentence(self.status, self.value)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,22 +123,20 @@ class Hysteresis(Result):
 
     Attributes
     ----------
-    status : str
-        "found", "not found" or "not tested".
+    status : HysteresisStatus
+        "found" or "not found"; not tested where the temperature went "one way", its branches have "little in common",
+        or are "collinear" with it and its rate.
     gap, lower, upper : float or None [SI]
         Signal when warming less signal when cooling, at one temperature.
     p : float or None
         Of a gap so far from zero where there is none.
-    says : str
-        What was found, in words.
     """
 
-    status: str
+    status: HysteresisStatus
     gap: float | None
     lower: float | None
     upper: float | None
     p: float | None
-    says: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,8 +175,8 @@ class WarmUp(Result):
         "modelled", "cut", "left in", "none found" or "not looked for".
     cut : float or None [s]
         From where the record was used.
-    says : str
-        What was found, in words.
+    settled : float or None [s]
+        When what is left of it is lost in the noise; None where there is no warm-up.
     """
 
     found: bool
@@ -157,8 +184,13 @@ class WarmUp(Result):
     terms: tuple[WarmUpTerm, ...]
     action: Action
     cut: float | None
-    says: str
+    settled: float | None = None
     tries: int = 1
+
+    @property
+    def says(self) -> str:
+        """Whether there is one, in words."""
+        return settling_sentence(self.action, self.settled)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -195,10 +227,9 @@ class EnvironmentFacts(Result):
     ----------
     channel, kind, unit : str
         Name, kind and unit of the channel.
-    verdict, reason : str
-        What was found of the temperature, or of the warm-up where there is no thermometer.
-    advice : tuple of str
-        What to do about it.
+    verdict : EnvironmentVerdict
+        "resolved", "not resolved" or "not separable" is the effect of the temperature; without a thermometer
+        "warm-up found" or "no warm-up".
     confidence : float
         Of the intervals.
     thermometer : Thermometer or None
@@ -227,12 +258,11 @@ class EnvironmentFacts(Result):
         For the picture.
     """
 
+    STATED: ClassVar[tuple[str, ...]] = ("verdict",)
+
     channel: str
     kind: str
     unit: str
-    verdict: str
-    reason: str
-    advice: tuple[str, ...]
     confidence: float
     thermometer: Thermometer | None
     reference: float | None
@@ -246,6 +276,52 @@ class EnvironmentFacts(Result):
     taken_off: tuple[str, ...]
     correction: Correction | None
     series: EnvironmentSeries = field(repr=False)
+
+    @property
+    def verdict(self) -> EnvironmentVerdict:
+        """On the temperature, or on the warm-up where there is no thermometer."""
+        if self.coefficients:
+            return next(v for v in EnvironmentVerdict if v == self.coefficients[0].status)
+        return EnvironmentVerdict.WARM_UP if self.warm_up.found else EnvironmentVerdict.NO_WARM_UP
+
+    @property
+    def reason(self) -> str:
+        """What the verdict rests on, in a sentence."""
+        if not self.coefficients:
+            return self.warm_up.says
+        first = self.coefficients[0]
+        if first.value is None or first.sd is None:
+            return first.note
+        size = size_words(first.value, first.sd)
+        apart = self.verdict is EnvironmentVerdict.NOT_SEPARABLE
+        return f"{size} beside a drift of the sensor itself; {first.note}" if apart else size
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to do about it, and what to know."""
+        thermometer, correction, branches = self.thermometer, self.correction, self.hysteresis
+        conditions = {
+            COME_BACK: self.verdict is EnvironmentVerdict.NOT_SEPARABLE,
+            NOTHING_REMOVED: self.verdict is EnvironmentVerdict.NOT_RESOLVED,
+            attenuation_sentence(self.attenuation or 0.0): (self.attenuation or 0.0) > _NOTABLE,
+            interpolation_sentence(thermometer.missing if thermometer else 0.0): (
+                thermometer is not None and thermometer.missing > 0
+            ),
+            f"{HysteresisStatus.FOUND.words}: it was not removed, and the residual holds it": (
+                branches is not None and branches.status is HysteresisStatus.FOUND
+            ),
+            left_in_sentence(self.warm_up.says): self.warm_up.found and self.warm_up.action == "left in",
+            longest_sentence(correction.longest if correction else 0.0, 1 - LEAST): (
+                correction is not None and correction.longest < correction.tau[-1]
+            ),
+        }
+        return tuple(words for words, holds in conditions.items() if holds)
+
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        from allanite.stability.environment.version_1 import upgraded_facts
+
+        return upgraded_facts(data)
 
     def __getitem__(self, name: str) -> Coefficient:
         """A coefficient by its name.
@@ -284,14 +360,53 @@ class EnvironmentEstimate(EnvironmentFacts):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Environment:
+class Environment(Result):
     """Temperature and warm-up in several channels of a recording.
+
+    Attributes
+    ----------
+    channels : tuple of EnvironmentFacts
+        One by one.
+    duration : float [s]
+        Of the record, without what was cut.
+    confidence : float
+        Of the intervals.
+    """
+
+    FORMAT: ClassVar[str] = "allanite-environment"
+    VERSION: ClassVar[int] = 2
+
+    channels: tuple[EnvironmentFacts, ...]
+    duration: float
+    confidence: float
+
+    def __getitem__(self, channel: str) -> EnvironmentFacts:
+        """What is known of a channel.
+
+        Raises
+        ------
+        KeyError
+            None of that name.
+        """
+        return {c.channel: c for c in self.channels}[channel]
+
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        from allanite.stability.environment.version_1 import upgraded
+
+        return upgraded(data) if data.get("version") == 1 else data
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FreedRecording:
+    """Several channels of a recording without the effects of their environment.
 
     Attributes
     ----------
     residual : Recording
         Free of what was removed, in every channel.
     estimates : tuple of EnvironmentEstimate
+        What was removed, and what the record says of it.
     """
 
     residual: Recording
@@ -307,11 +422,11 @@ class Environment:
         """
         return {e.channel: e for e in self.estimates}[channel]
 
-    def to_json(self) -> dict[str, object]:
-        """Plain data, from which a report is made."""
-        return {
-            "format": "allanite-environment",
-            "version": 1,
-            "channels": [e.to_json() for e in self.estimates],
-            "duration": self.residual.duration,
-        }
+    @property
+    def environment(self) -> Environment:
+        """What a document holds of it."""
+        return Environment(
+            channels=tuple(e.facts for e in self.estimates),
+            duration=self.residual.duration,
+            confidence=self.estimates[0].confidence,
+        )

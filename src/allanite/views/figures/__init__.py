@@ -605,6 +605,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("Comparison"), _comparison),
     (_named("EnvironmentFacts"), _environment),
     (_named("Environment"), _environment),
+    (_named("FreedRecording"), _environment),
     (_named("PositionPlan"), _position_plan),
     (_named("DeadReckoning"), _dead_reckoning),
     (_named("DatasheetVerdict"), _datasheet),

@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 
 from allanite.quantities.display_units import display_unit
-from allanite.stability.environment import Environment, EnvironmentFacts
+from allanite.stability.environment import Environment, EnvironmentFacts, FreedRecording
 from allanite.views.figures.panel import Array, Axis, Curve, Label, Panel, positive_range
 from allanite.views.figures.records import clock
 
@@ -21,8 +21,10 @@ VIEWS = ("whole", "temperature", "deviation", "time")
 def estimates_of(result: object) -> Sequence[EnvironmentFacts]:
     """Those of an `Environment`, of its document, or one alone."""
     if isinstance(result, Mapping):
-        return [EnvironmentFacts.from_json(entry) for entry in result["channels"]]
-    return result.estimates if isinstance(result, Environment) else [cast(EnvironmentFacts, result)]
+        return Environment.from_json(result).channels
+    if isinstance(result, FreedRecording):
+        return result.estimates
+    return result.channels if isinstance(result, Environment) else [cast(EnvironmentFacts, result)]
 
 
 def _unit(estimate: EnvironmentFacts) -> tuple[str, float]:

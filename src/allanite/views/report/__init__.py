@@ -47,7 +47,6 @@ _PAGES = {
     "allanite-plan": "plan",
     "allanite-position-plan": "position_plan",
     "allanite-dead-reckoning": "dead_reckoning",
-    "allanite-environment": "environment",
     "allanite-combination": "redundancy",
     "allanite-selection": "selection",
     "allanite-datasheet": "datasheet",

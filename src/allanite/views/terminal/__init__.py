@@ -8,7 +8,6 @@ from allanite.views.terminal.console import listen, progress
 from allanite.views.terminal.datasheet import show_bounds, show_datasheet
 from allanite.views.terminal.dead_reckoning import show_dead_reckoning
 from allanite.views.terminal.difference import show_difference
-from allanite.views.terminal.environment import show_environment
 from allanite.views.terminal.exporting import show_consumers
 from allanite.views.terminal.measurements import (
     show_aided,
@@ -53,7 +52,6 @@ __all__ = [
     "show_dead_reckoning",
     "show_difference",
     "show_document",
-    "show_environment",
     "show_filtered",
     "show_findings",
     "show_interval_errors",

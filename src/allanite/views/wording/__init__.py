@@ -18,7 +18,6 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``datasheet``  statements of a data sheet, and bounds above a model
 ``difference``  two noise models side by side
 ``dead_reckoning``  errors of a navigator over time
-``environment``  temperature and warm-up
 ``calibration``  parameters, positions and turns of a self-calibration
 """
 
@@ -62,13 +61,6 @@ from allanite.views.wording.dead_reckoning import (
     source_rows,
 )
 from allanite.views.wording.difference import drift_lines, drift_unit, pair_lines, rest_words
-from allanite.views.wording.environment import (
-    coefficient_lines,
-    effect_lines,
-    environment_facts,
-    environment_sentences,
-    temperature_unit,
-)
 from allanite.views.wording.findings import (
     finding_kinds,
     finding_line,
@@ -239,7 +231,6 @@ __all__ = [
     "check_wordings",
     "chosen_line_lines",
     "coarse_lines",
-    "coefficient_lines",
     "combination_facts",
     "consistency_lines",
     "contradictions",
@@ -251,9 +242,6 @@ __all__ = [
     "duration",
     "earth_rate_lines",
     "earth_seen_words",
-    "effect_lines",
-    "environment_facts",
-    "environment_sentences",
     "estimate_of",
     "fault_lines",
     "filter_lines",
@@ -335,7 +323,6 @@ __all__ = [
     "step_rows",
     "still_open",
     "table_words",
-    "temperature_unit",
     "term_lines",
     "tone",
     "turn_lines",
