@@ -25,7 +25,7 @@ root_doc = "docs/index"
 include_patterns = [*(pattern.replace("**/*", "**") for pattern in PAGES), "docs/reference/python/*.rst"]
 exclude_patterns = [".*", "build", "dist", "demo", "src", "tests", "kernels", "docs/site"]
 
-extensions = ["myst_parser", "numpydoc", "sphinx.ext.autodoc", "sphinx_copybutton"]
+extensions = ["myst_parser", "numpydoc", "sphinx.ext.autodoc", "sphinx_copybutton", "mathml"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
 default_role = "code"
 suppress_warnings = [
@@ -33,6 +33,7 @@ suppress_warnings = [
 ]
 
 myst_enable_extensions = ["attrs_block", "strikethrough"]
+myst_fence_as_directive = ["math"]  # as GitHub draws it
 myst_heading_anchors = 6  # anchors as GitHub makes them
 
 autodoc_member_order = "bysource"
@@ -49,6 +50,8 @@ html_theme = "furo"
 html_title = "allanite"
 html_static_path = ["static"]
 html_css_files = ["allanite.css"]
+html_js_files = [("allanite.js", {"defer": "defer"})]
+html_math_renderer = "mathml"
 html_copy_source = False
 html_show_copyright = html_show_sphinx = False
 html_theme_options = {
