@@ -17,12 +17,13 @@ import click
 
 import allanite
 from allanite import errors
-from allanite.commands.declaration import Conflict
+from allanite.commands.rules import Conflict, Requirement
 
 __all__ = ["raised_texts"]
 
 PACKAGE = Path(allanite.__file__).parent
-_ERRORS = {*errors.__all__, click.UsageError.__name__, click.BadParameter.__name__, Conflict.__name__}
+_ERRORS = {*errors.__all__, click.UsageError.__name__, click.BadParameter.__name__}
+_ERRORS |= {Conflict.__name__, Requirement.__name__}
 
 
 @cache

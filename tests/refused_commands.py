@@ -156,9 +156,15 @@ OF_NORTH = (
         instead=("--plot",),
     ),
     Refusal(
+        line=f"north 'a log.parquet' {LATITUDE} --model '{GOOD}' --headings 'turns.csv' --rotation 10deg/s",
+        files={"a log.parquet": in_positions, "turns.csv": HEADINGS},
+        says=("give either --headings or --rotation, not both",),
+        adds={"--headings": "", "--rotation": ""},
+    ),
+    Refusal(
         line=f"north 'a log.parquet' {LATITUDE} --model '{GOOD}'",
         files={"a log.parquet": in_positions, "turns.csv": HEADINGS},
-        says=("say how the table stood: {}",),
+        says=("say how the table stood: --headings or --rotation",),
         adds={"--headings": "turns.csv", "--rotation": "10deg/s"},
     ),
     Refusal(

@@ -341,7 +341,7 @@ def test_north_is_found_across_the_wrap(run: Run, table: Path, tmp_path: Path) -
     arguments = ["north", table / "table.parquet", "--model", GOOD, *LATITUDE]
     done = run(*arguments, "--headings", table / "positions.csv", "--out", tmp_path / "north")
     assert done.code == 0
-    assert done.out.startswith("North found: ")
+    assert done.out.startswith("North found. ")
     document = json.loads((tmp_path / "north" / "north.json").read_text(encoding="utf-8"))
     (arc,) = document["interval"]
     assert (math.radians(359.0) - arc["start"]) % (2 * math.pi) <= arc["width"] < math.radians(2.0)

@@ -10,10 +10,11 @@ import pytest
 
 import allanite as al
 from allanite.commands import measure
-from allanite.commands.declaration import Command, Conflict
+from allanite.commands.declaration import Command
 from allanite.commands.option import option
 from allanite.commands.page.kinds import KINDS, described_kinds
 from allanite.commands.registry import COMMANDS
+from allanite.commands.rules import Conflict, Requirement
 from allanite.errors import InputError
 from allanite.experiments.earth_rate import EarthRateEstimate, measure_earth_rate
 from allanite.files.recording_file import write_recording
@@ -35,13 +36,17 @@ def take(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return write_recording(record, tmp_path_factory.mktemp("take") / "take.parquet")
 
 
-def test_options_that_exclude_each_other_are_named_once() -> None:
+def test_options_that_exclude_or_need_each_other_are_named_once() -> None:
     command = Command(
         name="x", title="X", summary="X.", details="", example="", options=(),
-        conflicts=(Conflict(one="a", others=("b", "c"), says="not both"),),
+        rules=(
+            Conflict(one="a", others=("b", "c"), says="not both"),
+            Requirement(any_of=("d",), by=("e",), says="e needs d"),
+        ),
     )  # fmt: skip
     assert command.refusal({"a": 1, "c": 0.0}) == "not both"
-    for fine in ({"a": 1}, {"b": 1, "c": 2}, {"a": 1, "b": None, "c": False}, {}):
+    assert command.refusal({"e": True}) == "e needs d"
+    for fine in ({"a": 1}, {"b": 1, "c": 2}, {"a": 1, "b": None, "c": False}, {"d": 1, "e": 1}, {}):
         assert command.refusal(fine) == ""
 
 

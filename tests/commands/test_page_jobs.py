@@ -444,7 +444,7 @@ def test_results_that_only_commands_make_are_shown(browser: Browser) -> None:
     assert found.status_code == 200, found.text
     said_as_by(text_of(al_report.html_of(estimate())), estimate().to_json())
     broken = browser.get(f"/api/documents/{ids['by-hand/broken.json']}/said")
-    assert broken.status_code == 400 and "damaged" in broken.json()["error"]["message"]
+    assert broken.status_code == 400 and "verdict is missing" in broken.json()["error"]["message"]
     assert browser.get("/api/catalogue").status_code == 200
 
 

@@ -736,9 +736,10 @@ def test_files_of_single_positions_say_what_one_log_of_all_says(seed: int, stamp
         own = round(start / rate * 1e9) if stamped else None
         part = samples[start : start + size]
         files.append(Recording.from_rate(part, rate=rate, unit="rad/s", names="g", start=own))
-    whole, where, remark = joined_positions(files, headings.tolist(), between=turn)
+    whole, where, apart = joined_positions(files, headings.tolist(), between=turn)
     assert whole.n_samples == len(samples)
-    assert ("stamps" in remark) == stamped
+    assert (apart.assumed is None) == stamped
+    assert ("stamps" in apart.says[0]) == stamped
     found = find_north(whole, model=QUIET, latitude=LAT, positions=where)
     assert abs(math.remainder(found.azimuth - mark, 2 * math.pi)) < 5 * found.sd
     listed = Reversals.cut(

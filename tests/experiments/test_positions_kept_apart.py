@@ -87,14 +87,14 @@ def test_files_and_rows_give_the_parameters_of_the_one_log(log) -> None:
     known = {"model": MODELS, "latitude": LATITUDE, "gravity": G}
     one = calibrate(whole, spans=path.spans, **known)
     files = [whole.window(a / RATE, b / RATE) for a, b in path.spans]
-    joined, spans, remark = joined_files(
+    joined, spans, apart = joined_files(
         [replace(r, source=f"{k}.csv") for k, r in enumerate(files)], between=2.0
     )
     by_file = calibrate(joined, spans=np.array(spans), **known)
     averages = np.array([[np.mean(r.scaled(n)) for n in whole.names] for r in files])
     kept = means_of(table(averages, whole.names, [c.unit for c in whole.channels]), averaging=6.0)
     by_row = calibrate_means(kept, **known)
-    assert "2 s are assumed" in remark
+    assert "2 s are assumed" in apart.says[0]
     limit = chi2.ppf(0.999, len(FORCES))
     biases = tuple(f"gyro.bias_{a}" for a in "xyz")
     for found in (by_file, by_row):

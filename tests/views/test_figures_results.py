@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import io
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,15 @@ import pytest
 import allanite as al
 from allanite.errors import InputError
 from allanite.experiments.earth_rate import EarthRateEstimate, measure_earth_rate
+from allanite.experiments.north import Arc, NorthEstimate, RunningNorth
+from allanite.experiments.north.circle import CIRCLE
+from allanite.experiments.north.verdict import NorthVerdict
 from allanite.experiments.planning import Plan, plan
 from allanite.experiments.reference_aided import ReferenceAided, reference_aided
 from allanite.filtering.kalman import Filtered, filter_recording
 from allanite.noise import NoiseModel, White
 from allanite.quantities.earth import EARTH_RATE
+from allanite.quantities.quantity import Quantity
 from allanite.views.figures import matplotlib as paper
 from allanite.views.figures import plotly as screen
 from allanite.views.figures import sheet_of
@@ -62,30 +67,37 @@ def aided(take: al.Recording, estimate: EarthRateEstimate) -> ReferenceAided:
     return reference_aided(take, seed_paper.sensor(), reference=EARTH_RATE, signs=signs)
 
 
-def north(**changes: Any) -> dict[str, Any]:
-    """The document of a search for north whose mark points to 350 deg, with an arc over north."""
-    running = {
-        "time": [60.0, 120.0],
-        "azimuth": [6.2, 6.1],
-        "sd": [0.3, 0.2],
-        "horizontal_rate": [6e-5, 5e-5],
-    }
-    document = {
-        "format": "allanite-north",
-        "verdict": "north found",
+def north(**changes: Any) -> NorthEstimate:
+    """A search for north whose mark points to 350 deg, with an arc over north."""
+    running = RunningNorth(
+        time=np.array([60.0, 120.0]),
+        azimuth=np.array([6.2, 6.1]),
+        sd=np.array([0.3, 0.2]),
+        horizontal_rate=np.array([6e-5, 5e-5]),
+    )
+    facts: dict[str, Any] = {
+        "verdict": NorthVerdict.RESOLVED,
         "azimuth": math.radians(350),
+        "sd": 0.1,
         "total_sd": 0.1,
         "confidence": 0.95,
-        "interval": [{"start": math.radians(335), "stop": math.radians(5), "width": math.radians(30)}],
-        "candidates": [math.radians(350)],
+        "inflation": 1.0,
+        "interval": (Arc(math.radians(335), math.radians(30)),),
+        "candidates": (math.radians(350),),
         "signal_to_noise": 12.0,
-        "horizontal_rate": 5e-5,
-        "horizontal_interval": [4e-5, 6e-5],
+        "horizontal": Quantity.of(5e-5, (4e-5, 6e-5), "rad/s"),
+        "horizontal_sd": 5e-6,
         "expected_rate": 5.2e-5,
-        "duration": 120.0,
+        "biases": {"x": (0.0, 1e-6)},
         "running": running,
+        "latitude": seed_paper.LATITUDE,
+        "axes": {"x": 0.0},
+        "models": {"x": seed_paper.sensor()},
+        "duration": 120.0,
+        "block": 1.0,
+        "source": "table.csv",
     }
-    return {**document, **changes}
+    return NorthEstimate(**{**facts, **changes})
 
 
 def named(shown: Panel, start: str) -> Curve:
@@ -318,8 +330,8 @@ def test_the_compass_points_from_north_over_east() -> None:
 
 
 def test_e8_no_north_is_the_full_circle_and_no_needle() -> None:
-    circle = [{"start": 0.0, "stop": 0.0, "width": math.tau}]
-    drawing = sheet_of(north(verdict="no north", interval=circle), view="compass").panels[0].drawing
+    estimate = north(verdict=NorthVerdict.NO_NORTH, interval=(CIRCLE,))
+    drawing = sheet_of(estimate, view="compass").panels[0].drawing
     assert drawing is not None
     assert not drawing.named("mark")
     (arc,) = drawing.named("arc")
@@ -330,22 +342,22 @@ def test_e8_no_north_is_the_full_circle_and_no_needle() -> None:
 
 
 def test_two_candidates_are_both_shown() -> None:
-    arcs = [{"start": 1.0, "stop": 1.1, "width": 0.1}, {"start": 5.0, "stop": 5.1, "width": 0.1}]
-    none = {
-        "azimuth": None,
-        "horizontal_rate": None,
-        "horizontal_interval": [0.0, None],
-        "candidates": [1.05, 5.05],
-    }
-    nothing = {"time": [60.0], "azimuth": [None], "sd": [None], "horizontal_rate": [None]}
-    (shown,) = sheet_of(north(interval=arcs, running=nothing, **none)).panels  # no running estimate to draw
+    nan = np.array([math.nan])
+    estimate = north(
+        interval=(Arc(1.0, 0.1), Arc(5.0, 0.1)),
+        azimuth=math.nan,
+        horizontal=Quantity.of(math.nan, (0.0, math.inf), "rad/s"),
+        candidates=(1.05, 5.05),
+        running=RunningNorth(time=np.array([60.0]), azimuth=nan, sd=nan, horizontal_rate=nan),
+    )
+    (shown,) = sheet_of(estimate).panels  # no running estimate to draw
     assert shown.drawing is not None
     assert len(shown.drawing.named("candidate")) == len(shown.drawing.named("arc")) == 2
 
 
 def test_e5_the_running_azimuth_wraps() -> None:
     azimuth, _ = sheet_of(
-        north(running={**north()["running"], "azimuth": [0.05, 6.1]}), view="running"
+        north(running=replace(north().running, azimuth=np.array([0.05, 6.1]))), view="running"
     ).panels
     away = math.degrees(0.05) + 10
     assert azimuth.curves[0].y[0] == pytest.approx(away)

@@ -174,11 +174,6 @@ def test_a_name_stays_as_it_is_written_where_a_sentence_begins() -> None:
     assert wording.channel_names({"channels": {"gyro": ["a"]}}) == wording.channel_names({}) == []
 
 
-def test_the_verdict_of_a_null_test_has_its_tone() -> None:
-    assert wording.tone("no bias that follows the turns") == "good"
-    assert wording.tone("a bias follows the turns") == "fatal"
-
-
 def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:
     def said(symbol: str, value: float, *, supported: bool = True) -> Estimate:
         return Estimate(symbol=symbol, value=value, lower=0.5 * value, upper=2 * value, supported=supported)

@@ -17,8 +17,6 @@ _HOMES = {
     "export_of": "exporting",
     "fit_file": "curves",
     "measure": "registry",
-    "north_of": "earth",
-    "null_of": "earth",
     "plan_of": "earth",
     "read_part": "recordings",
     "selection_of": "selection",

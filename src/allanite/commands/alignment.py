@@ -16,6 +16,7 @@ from allanite.commands.recordings import is_lossy, read_whole
 from allanite.commands.rests import judged_at_rest, rests_of, thermometers
 from allanite.commands.turned import models_for, part_of
 from allanite.errors import InputError
+from allanite.plain_files.json_values import plain
 from allanite.plain_files.regular_file import file_sha256
 
 if TYPE_CHECKING:
@@ -141,11 +142,11 @@ def alignment_of(
     )
     if by_file is not None:
         unsaid = (_UNSAID,) if None in (positions or {}).values() else ()
-        aligned = replace(aligned, advice=(*aligned.advice, *unsaid, by_file.remark))
+        aligned = replace(aligned, advice=(*aligned.advice, *unsaid, *by_file.apart.says))
         ready = replace(ready, findings=(*by_file.findings, *by_file.without_pauses(ready.findings)))
     document = {
         **aligned.to_json(),
-        **({} if by_file is None else {"files": headed(by_file, (positions or {}).values())}),
+        **({} if by_file is None else {"files": plain(headed(by_file, (positions or {}).values()))}),
         **beside(part, None, ready.findings, file_sha256(log), command),
     }
     return _measured(document, lossy=ready.lossy)
@@ -191,7 +192,7 @@ def alignment_of_means(
     from allanite.recording.calibration import Calibration
 
     means, findings = read_means(table, averaging=averaging, sd_of=sd_of, source=source, **options)
-    record, spans, remark = record_of_means(means, between)
+    record, spans, apart = record_of_means(means, between)
     known = None if calibration is None else Calibration.load(os.fspath(calibration))
     axes, _ = unit_of(record, known, gyro, accelerometer)
     models = _models(model, record, axes, model_channels) or {}
@@ -213,7 +214,7 @@ def alignment_of_means(
         **(estimate or {}),
     )
     unsaid = (_UNSAID_ROWS,) if means.heading is None and means.n > 1 else ()
-    more = (*unsaid, *(remark if means.n > 1 else remark[1:]))
+    more = (*unsaid, *(apart.says if means.n > 1 else apart.says[1:]))
     aligned = replace(aligned, advice=(*aligned.advice, *more))
     document = {**aligned.to_json(), **beside(record, None, findings, file_sha256(table), command)}
     return _measured(document, lossy=is_lossy(f.to_json() for f in findings))

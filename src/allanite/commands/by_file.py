@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any
 from allanite.commands.recordings import read_part
 from allanite.errors import DataQualityError, InputError
 from allanite.plain_files.regular_file import file_sha256
+from allanite.study.result_document import PositionFile
 
 if TYPE_CHECKING:
+    from allanite.experiments.reversals import PositionsApart
     from allanite.experiments.static_spans import StaticSpans, UnitAxes
     from allanite.recording.health import Finding
     from allanite.recording.records import Recording
@@ -29,7 +31,6 @@ __all__ = [
     "without_pauses",
 ]
 
-Json = Mapping[str, Any]
 Place = str | os.PathLike[str]
 
 #: A file as short as this holds no rest that could be told from motion [s]: it is taken as it was given.
@@ -45,13 +46,12 @@ class ByFile:
     recordings : tuple of Recording
     findings : tuple of Finding
         Of their time stamps and their text, which one log of all no longer shows.
-    files : tuple of mapping
-        "file" and "sha256" of each.
+    files : tuple of PositionFile
     """
 
     recordings: tuple[Recording, ...]
     findings: tuple[Finding, ...]
-    files: tuple[Json, ...]
+    files: tuple[PositionFile, ...]
 
 
 def read_files(files: Sequence[Place], *, accept: Collection[str] = (), **options: Any) -> ByFile:
@@ -74,7 +74,7 @@ def read_files(files: Sequence[Place], *, accept: Collection[str] = (), **option
     return ByFile(
         recordings=tuple(recordings),
         findings=_together(findings),
-        files=tuple({"file": os.fspath(file), "sha256": file_sha256(file)} for file in files),
+        files=tuple(PositionFile(file=os.fspath(file), sha256=file_sha256(file)) for file in files),
     )
 
 
@@ -111,7 +111,7 @@ class LogOfFiles:
         Where each file is in it.
     names : tuple of str
         Of the files.
-    remark : str
+    apart : PositionsApart
         Where the time between them comes from.
     findings, files
         As of `ByFile`.
@@ -121,9 +121,9 @@ class LogOfFiles:
     axes: UnitAxes
     spans: tuple[tuple[int, int], ...]
     names: tuple[str, ...]
-    remark: str
+    apart: PositionsApart
     findings: tuple[Finding, ...]
-    files: tuple[Json, ...]
+    files: tuple[PositionFile, ...]
 
     def file_at(self, sample: int) -> int:
         """Number of the file, from 0, to which a sample belongs."""
@@ -177,9 +177,9 @@ def _missing_in_files(
     )
 
 
-def headed(log: ByFile | LogOfFiles, headings: Iterable[float | None]) -> list[Json]:
+def headed(log: ByFile | LogOfFiles, headings: Iterable[float | None]) -> tuple[PositionFile, ...]:
     """The files with their headings [rad]."""
-    return [{**file, "heading": heading} for file, heading in zip(log.files, headings, strict=True)]
+    return tuple(replace(file, heading=heading) for file, heading in zip(log.files, headings, strict=True))
 
 
 def refuse_beside_files(**given: object) -> None:
@@ -224,13 +224,13 @@ def log_of_files(
     first = read.recordings[0]
     axes = axes_of(first)
     names = dict.fromkeys((*axes.names, *thermometers(first, temperature)))
-    recording, spans, remark = joined_files(read.recordings, list(names), between=between)
+    recording, spans, apart = joined_files(read.recordings, list(names), between=between)
     return LogOfFiles(
         recording=recording,
         axes=axes,
         spans=tuple(spans),
         names=tuple(r.source for r in read.recordings),
-        remark=remark,
+        apart=apart,
         findings=read.findings,
         files=read.files,
     )

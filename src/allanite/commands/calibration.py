@@ -146,11 +146,15 @@ def calibration_of(
         **(estimate or {}),
     )
     if by_file is not None:
-        calibrated = replace(calibrated, remarks=(by_file.remark, *calibrated.remarks))
+        calibrated = replace(calibrated, remarks=(*by_file.apart.says, *calibrated.remarks))
         ready = replace(ready, findings=(*by_file.findings, *by_file.without_pauses(ready.findings)))
     document = {
         **calibrated.to_json(),
-        **({} if by_file is None else {"files": list(by_file.files)}),
+        **(
+            {}
+            if by_file is None
+            else {"files": [{"file": f.file, "sha256": f.sha256} for f in by_file.files]}
+        ),
         **beside(part, None, ready.findings, file_sha256(log), command),
         "static_spans": document_of(rests, part),
         "spans_source": "found" if rests.source == "detected" else "given",

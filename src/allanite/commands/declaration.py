@@ -10,39 +10,17 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from allanite.commands.option import Option
+from allanite.commands.rules import Rule
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult
     from allanite.quantities.result import Result
 
-__all__ = ["Command", "Conflict", "Place"]
+__all__ = ["Command", "Place"]
 
 Place = str | os.PathLike[str]
 Advance = Callable[[float, str], None]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Conflict:
-    """Options that exclude each other.
-
-    Attributes
-    ----------
-    one : str
-        As the function has it.
-    others : tuple of str
-        None of which goes with it.
-    says : str
-        What a user is told.
-    """
-
-    one: str
-    others: tuple[str, ...]
-    says: str
-
-    def holds(self, given: Collection[str]) -> bool:
-        """Whether options that were given exclude each other."""
-        return self.one in given and any(name in given for name in self.others)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,8 +57,15 @@ class Command:
         What the recording is called that its `--output` writes; "" where it leaves none.
     folder : str
         Where its files go if nobody says so; "" for nowhere.
-    conflicts : tuple of Conflict
-        Options that exclude each other.
+    rules : tuple of Rule
+        Options that exclude or need each other.
+    positions : str
+        What the help says of the logs where there is one for each position: "with its heading: north.csv=0"; "" for a
+        command of one log. `work` gets them as a mapping of path to heading [rad].
+    headed : str
+        How such logs with their headings are written: "north.csv=0 east.csv=90".
+    headings_needed : bool
+        Each of them needs one.
     judged_here : collection of str
         Codes of findings that the measurement comes to itself.
     summarized : bool
@@ -102,7 +87,10 @@ class Command:
     further: tuple[str, ...] = ()
     series: str = ""
     folder: str = ""
-    conflicts: tuple[Conflict, ...] = ()
+    rules: tuple[Rule, ...] = ()
+    positions: str = ""
+    headed: str = ""
+    headings_needed: bool = False
     judged_here: Collection[str] = ()
     summarized: bool = False
 
@@ -118,8 +106,13 @@ class Command:
 
     def refusal(self, options: Mapping[str, object]) -> str:
         """What is wrong with options together; "" where nothing is."""
-        given = {name for name, value in options.items() if value is not None and value is not False}
-        return next((c.says for c in self.conflicts if c.holds(given)), "")
+        usual = {o.python: o.default for o in self.options}
+        given = {
+            name
+            for name, value in options.items()
+            if value is not None and value is not False and value != usual.get(name)
+        }
+        return next((rule.says for rule in self.rules if rule.broken(given)), "")
 
     def measure(
         self,

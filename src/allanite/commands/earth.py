@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.commands.by_file import ByFile, headed, read_files, without_pauses
 from allanite.commands.means import read_means, record_of_means
-from allanite.commands.measurement import MeasurementResult, beside, origin_of, provenance
+from allanite.commands.measurement import MeasurementResult, measured_result, origin_of, provenance
 from allanite.commands.recordings import is_lossy, read_whole
+from allanite.commands.setup import stated_in
 from allanite.commands.turned import (
     LONGEST_TURN,
     TurnedRecord,
@@ -32,12 +33,13 @@ from allanite.errors import InputError
 from allanite.plain_files.regular_file import file_sha256
 
 if TYPE_CHECKING:
-    from allanite.experiments.reversals import Reversals
+    from allanite.experiments.north import EastWestNull, NorthEstimate
+    from allanite.experiments.reversals import PositionsApart, Reversals
     from allanite.experiments.static_spans import SdOf
     from allanite.recording.health import Finding
     from allanite.recording.records import Recording
 
-__all__ = ["earth_rate_of", "north_of", "null_of", "plan_of"]
+__all__ = ["earth_rate_of", "north_of", "plan_of"]
 
 Json = Mapping[str, Any]
 Advance = Callable[[float, str], None]
@@ -58,10 +60,6 @@ def earth_rate_of(
     settling: bool = False,
     warm_up: bool = False,
     temperature: str | None = None,
-    scale_uncertainty: float = 0.0,
-    latitude_uncertainty: float = 0.0,
-    tilt: float = 0.0,
-    heading_uncertainty: float = 0.0,
     bias_uncertainty: float = 0.0,
     g_sensitivity: float = 0.0,
     confidence: float = 0.95,
@@ -91,19 +89,13 @@ def earth_rate_of(
     accept : collection of str
         Fatal findings to go on in spite of.
     **options
-        Those of `read`.
+        Those of `stated_in` and of `read`.
     """
     from allanite.experiments.earth_rate import measure_earth_rate
-    from allanite.quantities.setup_uncertainty import SetupUncertainty
-    from allanite.study.result_document import Overview, ResultDocument
-    from allanite.views.figures.records import overview
 
-    advance = progress or (lambda fraction, what: None)
+    advance, stated = progress or (lambda fraction, what: None), stated_in(options)
     advance(0.0, "reading")
     whole, start, stop = read_whole(log, start, stop, listed=turns is not None, source=source, **options)
-    stated = SetupUncertainty(
-        scale=scale_uncertainty, latitude=latitude_uncertainty, tilt=tilt, heading=heading_uncertainty
-    )
     turned = any((turns, dwell is not None, first, settling, warm_up, temperature, g_sensitivity))
     if is_vector(whole, forced=vector, turned=turned):
         return vector_of(
@@ -141,14 +133,12 @@ def earth_rate_of(
         confidence=confidence,
         progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
     )
-    document = ResultDocument(
-        result=result,
+    return measured_result(
+        "earth-rate",
+        result,
+        lossy=ready.lossy,
         model_name=model_name,
-        overview=Overview.from_json(overview(part, channel)),
-        **origin_of(part, ready.findings, log, command),
-    )
-    return MeasurementResult(
-        result=result, document=document, name="earth-rate", tables={}, lossy=ready.lossy
+        **origin_of(part, ready.findings, log, command, channel),
     )
 
 
@@ -177,17 +167,19 @@ def north_of(
     sd_of: SdOf | None = None,
     rotation: float | None = None,
     heading_at_start: float = 0.0,
+    null: bool = False,
     start: float | None = None,
     stop: float | None = None,
     dead_time: float = 2.0,
+    misalignment: float = 0.0,
+    confidence: float = 0.95,
     accept: Collection[str] = (),
-    estimate: Mapping[str, Any] | None = None,
     command: str | None = None,
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
 ) -> MeasurementResult:
-    """Where north is, out of a log; see `find_north`, whose further options `estimate` holds.
+    """Where north is, or whether a bias follows the turns, out of a log; see `find_north` and `east_west_null`.
 
     Parameters
     ----------
@@ -205,29 +197,31 @@ def north_of(
         See `means_of`.
     rotation, heading_at_start : float [rad/s], [rad]
         Of a table that turned all the time.
+    null : bool
+        Headings are from north, and those near east and west are compared.
     start, stop : float, optional [s]
         Part of the log, or of each file.
     **options
-        Those of `read`.
+        Those of `stated_in` and of `read`.
 
     Raises
     ------
     InputError
         None or several of positions in one log, in files of their own, and a rotation; more than two channels of rates.
     """
-    from allanite.experiments.north import Rotation, find_north
+    from allanite.experiments.north import Rotation, east_west_null, find_north
 
     if sum(given is not None for given in (headings, positions, rotation, means or None)) != 1:
         raise InputError(
             "say how the table stood: positions in one log (--headings), in files of their own (--positions), in rows "
             "of means (--means), or a rotation (--rotation)"
         )
-    advance = progress or (lambda fraction, what: None)
+    advance, stated = progress or (lambda fraction, what: None), stated_in(options)
     advance(0.0, "reading")
-    remarks: tuple[str, ...] = ()
+    apart: PositionsApart | None = None
     by_file: ByFile | None = None
     if means:
-        whole, joined, of_table, remarks = _table_of(
+        whole, joined, of_table, apart = _table_of(
             log, averaging, sd_of, between, source, start=start, stop=stop, **options
         )
     elif positions is None:
@@ -238,44 +232,51 @@ def north_of(
         from allanite.experiments.reversals import joined_positions
 
         by_file = read_files(list(positions), accept=accept, start=start, stop=stop, **options)
-        whole, joined, remark = joined_positions(
+        whole, joined, apart = joined_positions(
             by_file.recordings, list(positions.values()), between=between, dead_time=dead_time
         )
-        remarks = (remark,)
-    channels = gyros_of(whole, most=2)
-    models, where = models_for(model, [whole[name] for name in channels], model_channels)
-    if positions is None and not means:
+    channels = gyros_of(whole, most=1 if null else 2)
+    models, where = models_for(model, [whole[name] for name in channels], model_channels, mapped=not null)
+    if apart is None:
         part, placed = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
     else:
         part, placed = whole, joined
-    of_files = () if by_file is None else by_file.findings
     advance(0.3, "looking for faults")
     if means:
         ready = TurnedRecord(recording=part, findings=of_table, lossy=is_lossy(f.to_json() for f in of_table))
     else:
         longest = LONGEST_TURN if positions is None else math.inf
         ready = checked(part, placed, channels, accept=accept, longest=longest)
+    findings = ready.findings
     if by_file is not None:
         of_each = [(p.start, p.stop) for p in placed.positions]
-        ready = replace(ready, findings=without_pauses(ready.findings, whole.n_samples, of_each))
-    north = find_north(
-        ready.recording,
-        model=models,
-        latitude=latitude,
-        positions=placed if rotation is None else None,
-        rotation=None if rotation is None else Rotation(rate=rotation, start=heading_at_start),
-        channels=channels,
-        progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
-        **(estimate or {}),
+        findings = (*by_file.findings, *without_pauses(findings, whole.n_samples, of_each))
+    known: dict[str, Any] = {"latitude": latitude, "stated": stated, "confidence": confidence}
+    result: NorthEstimate | EastWestNull
+    if null:
+        advance(0.5, "fitting the rates")
+        one = models[channels[0]]
+        result = east_west_null(ready.recording, model=one, positions=placed, channel=channels[0], **known)
+    else:
+        north = find_north(
+            ready.recording,
+            model=models,
+            positions=placed if rotation is None else None,
+            rotation=None if rotation is None else Rotation(rate=rotation, start=heading_at_start),
+            channels=channels,
+            misalignment=misalignment,
+            progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
+            **known,
+        )
+        result = replace(north, apart=apart)
+    return measured_result(
+        "east-west-null" if null else "north",
+        result,
+        lossy=ready.lossy,
+        model_name=where[channels[0]],
+        files=None if by_file is None else headed(by_file, (positions or {}).values()),
+        **origin_of(part, findings, log, command, channels[0]),
     )
-    north = replace(north, advice=(*north.advice, *remarks))
-    document = {
-        **north.to_json(),
-        **({} if by_file is None else {"files": headed(by_file, (positions or {}).values())}),
-        **beside(part, channels[0], (*of_files, *ready.findings), file_sha256(log), command),
-        "model_name": where[channels[0]],
-    }
-    return MeasurementResult(result=north, document=document, name="north", tables={}, lossy=ready.lossy)
 
 
 def _table_of(
@@ -285,7 +286,7 @@ def _table_of(
     between: float,
     source: str | None,
     **options: Any,
-) -> tuple[Recording, Reversals, tuple[Finding, ...], tuple[str, ...]]:
+) -> tuple[Recording, Reversals, tuple[Finding, ...], PositionsApart]:
     """Rows of means as a record, and where the sensor stood in each.
 
     Raises
@@ -300,76 +301,16 @@ def _table_of(
         raise InputError(
             "the table has no column heading: where the axis pointed in each row, in degrees from the mark"
         )
-    record, spans, remark = record_of_means(means, between)
+    record, spans, apart = record_of_means(means, between)
     names = [f"row {k}" for k in range(1, means.n + 1)]
     where = placed(record, spans, means.heading.tolist(), names, dead_time=0.0, guard=0.0)
-    return record, where, findings, remark
-
-
-def null_of(
-    log: str | os.PathLike[str],
-    *,
-    latitude: float,
-    model: str | os.PathLike[str],
-    headings: str | os.PathLike[str],
-    start: float | None = None,
-    stop: float | None = None,
-    dead_time: float = 2.0,
-    accept: Collection[str] = (),
-    estimate: Mapping[str, Any] | None = None,
-    command: str | None = None,
-    source: str | None = None,
-    progress: Advance | None = None,
-    **options: Any,
-) -> MeasurementResult:
-    """Does a bias follow the turns? See `east_west_null`, whose further options `estimate` holds.
-
-    Parameters
-    ----------
-    headings : path
-        Positions with their headings from north; times count from the first sample of the log.
-    start, stop : float, optional [s]
-        Part of the log.
-    **options
-        Those of `read`.
-    """
-    from allanite.experiments.north import east_west_null
-
-    advance = progress or (lambda fraction, what: None)
-    advance(0.0, "reading")
-    whole, start, stop = read_whole(log, start, stop, listed=headings is not None, source=source, **options)
-    channel = gyro_of(whole)
-    noise, model_name = model_for(model, whole[channel])
-    if noise is None:
-        raise InputError("the null test needs the noise model of the sensor at rest: --model")
-    part, positions = placed_of(whole, channel, headings, start=start, stop=stop, dead_time=dead_time)
-    advance(0.3, "looking for faults")
-    ready = checked(part, positions, [channel], accept=accept)
-    advance(0.5, "fitting the rates")
-    null = east_west_null(
-        ready.recording,
-        model=noise,
-        latitude=latitude,
-        positions=positions,
-        channel=channel,
-        **(estimate or {}),
-    )
-    document = {
-        **null.to_json(),
-        **beside(part, channel, ready.findings, file_sha256(log), command),
-        "model": noise.to_json(),
-        "model_name": model_name,
-        "reversals": positions.to_json(),
-    }
-    return MeasurementResult(
-        result=document, document=document, name="east-west-null", tables={}, lossy=ready.lossy
-    )
+    return record, where, findings, apart
 
 
 def plan_of(
     model: str | os.PathLike[str], *, channel: str | None = None, command: str | None = None, **options: Any
 ) -> MeasurementResult:
-    """A plan from a model out of a file or words; options are those of `plan`.
+    """A plan from a model out of a file or words; options are those of `stated_in` and of `plan`.
 
     Raises
     ------
@@ -386,7 +327,7 @@ def plan_of(
     if channel is not None and channel not in rates:
         raise InputError(f"{model} has no model of channel {channel!r}; there are: {', '.join(rates)}")
     name = channel or next(iter(rates))
-    made = plan(rates[name], **options)
+    made = plan(rates[name], stated=stated_in(options), **options)
     document = {
         **made.to_json(),
         "provenance": provenance("", command=command),

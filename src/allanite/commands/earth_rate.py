@@ -5,8 +5,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from allanite.commands.declaration import Command, Conflict
-from allanite.commands.option import ACCEPT, CONFIDENCE, MODEL, option
+from allanite.commands.declaration import Command
+from allanite.commands.option import ACCEPT, CONFIDENCE, LATITUDE, MODEL, SETUP, TURNS, option
+from allanite.commands.rules import Conflict
 
 __all__ = ["EARTH_RATE"]
 
@@ -23,32 +24,20 @@ EARTH_RATE = Command(
     example="allanite earth-rate take.parquet --model study.json --latitude -23.31 --first north",
     options=(
         replace(MODEL, otherwise="fitted to the log itself"),
-        option(
-            "latitude", "--latitude", "Latitude in degrees, south negative.", detail="-23.31 or 23.31S",
-            required=True, metavar="DEG",
-        ),
-        option(
-            "choice", "--first", "Direction of the axis before the first turn.", detail="one axis cannot tell",
-            choices=("north", "south", "up", "down"),
-        ),
-        option("turns", "--turns", "CSV of turns.", detail="start,stop in seconds"),
-        option("seconds", "--dwell", "Time between turns, if the signal does not show them.", detail="30"),
-        option("seconds", "--dead-time", "Time to skip after each turn.", default=2.0),
+        LATITUDE,
+        *TURNS,
         option("flag", "--vector", "Three axes at rest: measure the rate vector and its magnitude."),
         option("flag", "--settling", "Also fit a rotation that settles after each turn."),
         option("flag", "--warm-up", "Also fit an exponential warm-up."),
         option("text", "--temperature", "Also fit the dependence on this channel.", metavar="CHANNEL"),
-        option("share", "--scale-uncertainty", "Uncertainty of the scale factor.", detail="0.1%"),
-        option("degrees", "--latitude-uncertainty", "Uncertainty of the latitude.", detail="0.01deg"),
-        option("degrees", "--tilt", "Tilt of the table axis or of a vertical axis.", detail="0.1deg"),
-        option("degrees", "--heading-uncertainty", "Uncertainty of the axis heading.", detail="3deg"),
+        *SETUP,
         option("deg/h", "--bias-uncertainty", "Bias uncertainty of each of three axes.", detail="0.01deg/h"),
         option("deg/h/g", "--g-sensitivity", "g-sensitivity of an axis turned between up and down.",
             detail="0.1deg/h/g"),
         replace(CONFIDENCE, help="Confidence level of the interval."),
         ACCEPT,
     ),
-    conflicts=(
+    rules=(
         Conflict(one="turns", others=("dwell",), says="give either --turns or --dwell, not both"),
         Conflict(
             one="vector",

@@ -12,6 +12,7 @@ from allanite.commands.recordings import read_part
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
+    from allanite.experiments.reversals import PositionsApart
     from allanite.experiments.static_spans import PositionMeans, SdOf
     from allanite.recording.health import Finding
     from allanite.recording.records import Recording
@@ -73,7 +74,7 @@ def refuse_rows_of_means(recording: Recording, accept: Collection[str]) -> None:
 
 def record_of_means(
     means: PositionMeans, between: float
-) -> tuple[Recording, list[tuple[int, int]], tuple[str, ...]]:
+) -> tuple[Recording, list[tuple[int, int]], PositionsApart]:
     """A record whose samples are the means, each over its averaging time, missing between the positions.
 
     Parameters
@@ -86,7 +87,7 @@ def record_of_means(
     recording : Recording
     spans : list of (int, int) [samples]
         One sample for each position.
-    remarks : tuple of str
+    apart : PositionsApart
         Where the time between them comes from, and what was not needed.
 
     Raises
@@ -96,6 +97,7 @@ def record_of_means(
     """
     import numpy as np
 
+    from allanite.experiments.reversals import PositionsApart
     from allanite.recording.records import ArrayColumn
 
     if means.duration is None:
@@ -108,23 +110,23 @@ def record_of_means(
             f"the rows were averaged over {means.duration.min():g} to {means.duration.max():g} s: here all rows need "
             "the same time; give the positions as logs (--positions)"
         )
-    remark = "the time between the positions is that of the table"
     begins = means.start
     start = np.arange(means.n) * (length + between) if begins is None else begins
-    if means.start is None:
-        remark = (
-            f"the rows do not say when they were taken: {between:g} s are assumed between them (--between)"
-        )
     if means.n > 1 and np.diff(start).min() < (1 - _EQUAL) * length:
         raise InputError("the positions overlap: each begins before the mean of the one before it ended")
     steps = np.maximum(np.rint(np.diff(start) / length), 2)  # what is between two rows is missing
     places = np.concatenate([[0], np.cumsum(steps)]).astype(np.int64)
-    if (steps * length - np.diff(start) > 0.5 * length).any():
-        remark += f"; slow noise is allowed {length:g} s between rows at least, as long as a mean"
+    closer = (steps * length - np.diff(start) > 0.5 * length).any()
     columns = []
     for name in means.rows.names:
         column = np.full(int(places[-1]) + 1, np.nan)
         column[places] = means.rows.values(name)
         columns.append(ArrayColumn(column))
     record = replace(means.rows, columns=tuple(columns), rate=1 / length)
-    return record, [(k, k + 1) for k in places.tolist()], (remark, *means.said_of_sd(used=False))
+    apart = PositionsApart(
+        rows=True,
+        assumed=between if begins is None else None,
+        least=length if closer else None,
+        sd_ignored=bool(means.sd),
+    )
+    return record, [(k, k + 1) for k in places.tolist()], apart

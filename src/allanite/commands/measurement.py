@@ -27,6 +27,7 @@ from allanite.plain_files.csv_cells import as_label
 from allanite.plain_files.regular_file import file_sha256
 
 if TYPE_CHECKING:
+    from allanite.quantities.result import Result
     from allanite.recording.health import Finding
     from allanite.recording.records import Recording
     from allanite.study.result_document import Reportable
@@ -35,6 +36,7 @@ __all__ = [
     "MeasurementResult",
     "beside",
     "file_names",
+    "measured_result",
     "origin_of",
     "provenance",
     "refuse_measurement",
@@ -88,16 +90,30 @@ class MeasurementResult:
 
 
 def origin_of(
-    recording: Recording, findings: Iterable[Finding], log: str | os.PathLike[str], command: str | None
+    recording: Recording,
+    findings: Iterable[Finding],
+    log: str | os.PathLike[str],
+    command: str | None,
+    channel: str | None = None,
 ) -> dict[str, Any]:
-    """What a `ResultDocument` holds of the log that it is made from."""
-    from allanite.study.result_document import Provenance, RecordFacts
+    """What a `ResultDocument` holds of the log that it is made from, with the overview of a channel if one is named."""
+    from allanite.study.result_document import Overview, Provenance, RecordFacts
+    from allanite.views.figures.records import overview
 
     return {
+        "overview": None if channel is None else Overview.from_json(overview(recording, channel)),
         "provenance": Provenance(**provenance(recording.source, file_sha256(log), command)),
         "recording": RecordFacts.of(recording),
         "findings": tuple(findings),
     }
+
+
+def measured_result(name: str, result: Result, *, lossy: bool, **origin: Any) -> MeasurementResult:
+    """A result with where it comes from: the fields of `Origin`. `Command.measure` adds its tables."""
+    from allanite.study.result_document import ResultDocument
+
+    document = ResultDocument(result=result, **origin)
+    return MeasurementResult(result=result, document=document, name=name, tables={}, lossy=lossy)
 
 
 def beside(

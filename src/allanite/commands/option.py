@@ -8,12 +8,19 @@ from typing import Any, Literal
 
 __all__ = [
     "ACCEPT",
+    "BETWEEN",
     "CONFIDENCE",
+    "DEAD_TIME",
     "FLOOR",
+    "LATITUDE",
+    "MEANS",
     "MODEL",
+    "MODEL_CHANNELS",
     "READING",
+    "SETUP",
     "STATISTICS",
     "TEMPERATURE",
+    "TURNS",
     "WARM_UP",
     "Option",
     "OptionType",
@@ -23,7 +30,7 @@ __all__ = [
 OptionType = Literal[
     "number", "integer", "share", "text", "flag", "choice", "names", "texts", "findings", "by-channel", "seconds",
     "seconds-list", "degrees", "latitude", "turns", "deg/s", "deg/h", "deg/h/g", "spans", "headings", "model",
-    "recording", "document", "attached", "description", "file",
+    "recording", "document", "attached", "description", "file", "renamed", "acceleration",
 ]  # fmt: skip
 
 STATISTICS = (
@@ -51,8 +58,6 @@ class Option:
         Those of a choice; of any other type what the page offers, while the command line takes more.
     inside : str
         Name of the mapping of the function that holds it; "" where it is an argument itself.
-    stated : bool
-        A standard uncertainty of what the user states.
     default
         None where there is none.
     otherwise : str
@@ -61,6 +66,8 @@ class Option:
         What the help of the command line calls the value; "" for the name of its type.
     per_log : bool
         The command line takes a value for each of several logs as well.
+    on_page : bool
+        The page, which works on one log, has it as well.
     """
 
     type: OptionType
@@ -71,11 +78,11 @@ class Option:
     required: bool = False
     choices: tuple[str, ...] = ()
     inside: str = ""
-    stated: bool = False
     default: Any = None
     otherwise: str = ""
     metavar: str = ""
     per_log: bool = False
+    on_page: bool = True
 
 
 def option(type_: OptionType, flag: str, help_: str, **more: Any) -> Option:
@@ -100,6 +107,49 @@ TEMPERATURE = option(
 )  # fmt: skip
 WARM_UP = option("choice", "--warm-up", "Model or cut a warm-up that is detected.", choices=("model", "cut"))
 CONFIDENCE = option("number", "--confidence", "Confidence level of the intervals.", default=0.95)
+
+LATITUDE = option(
+    "latitude", "--latitude", "Latitude in degrees, south negative.", detail="-23.31 or 23.31S", required=True,
+    metavar="DEG",
+)  # fmt: skip
+DEAD_TIME = option("seconds", "--dead-time", "Time to skip after each turn.", default=2.0)
+TURNS = (
+    option(
+        "choice", "--first", "Direction of the axis before the first turn.", detail="one axis cannot tell",
+        choices=("north", "south", "up", "down"),
+    ),
+    option("turns", "--turns", "CSV of turns.", detail="start,stop in seconds"),
+    option("seconds", "--dwell", "Time between turns, if the signal does not show them.", detail="30"),
+    DEAD_TIME,
+)  # fmt: skip
+"""When one axis was turned, and where it pointed."""
+SETUP = (
+    option("share", "--scale-uncertainty", "Uncertainty of the scale factor.", detail="0.1%"),
+    option("degrees", "--latitude-uncertainty", "Uncertainty of the latitude.", detail="0.01deg"),
+    option("degrees", "--tilt", "Tilt of the table axis or of a vertical axis.", detail="0.1deg"),
+    option("degrees", "--heading-uncertainty", "Uncertainty of the axis heading.", detail="3deg"),
+)
+"""What only the user knows of the set-up; `allanite.quantities.setup_uncertainty` has it."""
+MODEL_CHANNELS = option(
+    "renamed", "--model-channels", "Channel names in LOG = names in --model, if they differ.",
+    detail="wx=gyro_x,wy=gyro_y", metavar="NAMES", on_page=False,
+)  # fmt: skip
+BETWEEN = option(
+    "seconds", "--between", "Time between the LOGs of --positions or the rows of --means, if they carry no time.",
+    default=60.0, on_page=False,
+)  # fmt: skip
+MEANS = (
+    option("flag", "--means", "LOG is a table of mean readings, one row per position.", on_page=False),
+    option(
+        "seconds", "--averaging", "Averaging time of each row of --means, if no column gives it.", detail="60s",
+        on_page=False,
+    ),
+    option(
+        "choice", "--sd-of", "Meaning of the standard deviations in the --means table.",
+        choices=("readings", "means"), on_page=False,
+    ),
+)  # fmt: skip
+"""A table of means in place of a log."""
 
 READING: tuple[Option, ...] = (
     option(

@@ -12,6 +12,7 @@ from allanite.commands.compare import COMPARE
 from allanite.commands.declaration import Command, Place
 from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.environment import ENVIRONMENT
+from allanite.commands.north import NORTH
 from allanite.commands.variation import VARIATION
 
 if TYPE_CHECKING:
@@ -20,7 +21,16 @@ if TYPE_CHECKING:
 __all__ = ["COMMANDS", "measure"]
 
 COMMANDS: Mapping[str, Command] = {
-    command.name: command for command in (CHARACTERIZE, VARIATION, COMPARE, COMMON, ENVIRONMENT, EARTH_RATE)
+    command.name: command
+    for command in (
+        CHARACTERIZE,
+        VARIATION,
+        COMPARE,
+        COMMON,
+        ENVIRONMENT,
+        EARTH_RATE,
+        NORTH,
+    )
 }
 
 

@@ -14,12 +14,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol, TypeVar
+from typing import Protocol, Self, TypeVar
 
 from allanite.quantities.distributions import chi_square_tail
+from allanite.quantities.result import Result
 
 __all__ = [
     "SEEN",
+    "CheckResult",
     "ResidualTest",
     "Tested",
     "alarm",
@@ -59,41 +61,59 @@ T = TypeVar("T", bound=Tested)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ResidualTest:
+class CheckResult(Result):
+    """The numbers of a question put to residuals; each analysis says what it asked.
+
+    Attributes
+    ----------
+    statistic, dof : float
+        Chi-square and its expectation if the model holds.
+    p : float
+        Probability of one at least as unlikely if the model holds.
+    passed : bool
+        The residuals agree with the model.
+    widens : bool
+        Where it fails by no more than a factor of two, it widens the interval and leaves the result standing.
+    tries : int
+        The statistic is the largest of so many; p is its own probability times that number [Bonferroni].
+    two_sided : bool
+        p is twice that of the nearer tail: too small is as telling as too large.
+    """
+
+    statistic: float
+    dof: float
+    p: float
+    passed: bool
+    widens: bool = False
+    tries: int = 1
+    two_sided: bool = False
+
+    @classmethod
+    def of(cls, kind: object, test: CheckResult, **asked: object) -> Self:
+        """The numbers of another with what was asked: its kind, and what else the class has."""
+        numbers = {name: getattr(test, name) for name in CheckResult.__dataclass_fields__}
+        return cls(kind=kind, **numbers, **asked)  # type: ignore[arg-type, call-arg]  # of a class with a kind
+
+    @property
+    def ratio(self) -> float:
+        """Size of the residuals over what the model says."""
+        return math.sqrt(self.statistic / self.dof) if self.dof > 0 else 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResidualTest(CheckResult):
     """One question put to the residuals.
 
     Attributes
     ----------
     name : str
-    statistic, dof : float
-        Chi-square and its expectation if the model holds.
-    p : float
-        Probability of one at least as unlikely if the model holds.
-    tries : int
-        The statistic is the largest of so many; p is its own probability times that number [Bonferroni].
-    two_sided : bool
-        p is twice that of the nearer tail: too small is as telling as too large.
-    passed : bool
+        What was asked.
     says : str
         What it means and what to do, when it did not pass.
-    widens : bool
-        Where it fails by no more than a factor of two, it widens the interval and leaves the result standing.
     """
 
     name: str
-    statistic: float
-    dof: float
-    p: float
-    passed: bool
     says: str
-    widens: bool = False
-    tries: int = 1
-    two_sided: bool = False
-
-    @property
-    def ratio(self) -> float:
-        """Size of what was found over what the model says."""
-        return math.sqrt(self.statistic / self.dof) if self.dof > 0 else 1.0
 
 
 def alarm(name: str, statistic: float, dof: float, says: str = "", *, looks: int = 1) -> ResidualTest:

@@ -2,7 +2,8 @@
 """A result as a document: with the record it comes from, what was found in that, and what made it.
 
 The document on disk is that of the result, with "provenance", "recording", "findings", "model_name" and, where a report
-draws the record, "overview" beside its own fields. Reports, tables and pictures are made from it alone.
+draws the record, "overview" beside its own fields; with "files" where each position has one. Reports, tables and
+pictures are made from it alone.
 """
 
 from __future__ import annotations
@@ -19,7 +20,16 @@ from allanite.quantities.result import Result
 from allanite.recording.health import Finding
 from allanite.recording.records import Channel, Recording
 
-__all__ = ["Origin", "Overview", "Provenance", "RecordFacts", "Reportable", "ResultDocument", "read_document"]
+__all__ = [
+    "Origin",
+    "Overview",
+    "PositionFile",
+    "Provenance",
+    "RecordFacts",
+    "Reportable",
+    "ResultDocument",
+    "read_document",
+]
 
 Array = NDArray[np.float64]
 
@@ -119,6 +129,25 @@ class Overview(Result):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PositionFile(Result):
+    """A file of one position.
+
+    Attributes
+    ----------
+    file : str
+        Its name as it was given.
+    sha256 : str or None
+        Its digest.
+    heading : float or None [rad]
+        From the mark; None where nobody gave it.
+    """
+
+    file: str
+    sha256: str | None
+    heading: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Origin(Result):
     """The parts of a document beside the fields of its result.
 
@@ -134,6 +163,8 @@ class Origin(Result):
         Of the noise model that was given; "" for none.
     overview : Overview or None
         Of the channel whose record the report draws; None where it draws none.
+    files : tuple of PositionFile or None
+        Of positions that were recorded one by one; None of one log.
     """
 
     provenance: Provenance | None = None
@@ -141,6 +172,7 @@ class Origin(Result):
     findings: tuple[Finding, ...] | None = None
     model_name: str = ""
     overview: Overview | None = None
+    files: tuple[PositionFile, ...] | None = None
 
 
 class Reportable(Protocol):

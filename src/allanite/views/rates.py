@@ -3,16 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 
+from allanite.quantities.number_words import number
 from allanite.recording.health import Finding
 from allanite.views.blocks import Banner, Cell, PageBlock, table
-from allanite.views.wording import CheckWording, EarthRateWording, capitalised, contradictions
+from allanite.views.wording import DEG, CheckWording, EarthRateWording, capitalised, contradictions
 
 __all__ = [
     "BIRGE",
     "ROSENBERG",
     "SEED",
+    "TOGETHER",
+    "angle_budget",
     "checks_table",
     "contradiction_banners",
     "estimates_table",
@@ -31,6 +35,12 @@ BIRGE = (
     "R. T. Birge, The calculation of errors by the method of least squares, Phys. Rev. 40 (1932) 207: the ratio that "
     "widens."
 )
+
+
+TOGETHER = "together"
+"""What the whole of a budget is called."""
+_NEGLIGIBLE = 1e-3  # part of the whole below which an angle has no line in a budget
+_QUESTIONS = "Questions put to what the fit leaves. Chance: of so large a value if the noise model holds."
 
 
 def contradiction_banners(findings: Iterable[Finding]) -> list[PageBlock]:
@@ -56,7 +66,7 @@ def estimates_table(lines: Iterable[EarthRateWording], caption: str, interval: s
     return table(heads, rows, caption=caption, kept=kept)
 
 
-def checks_table(checks: Iterable[CheckWording], caption: str) -> list[PageBlock]:
+def checks_table(checks: Iterable[CheckWording], caption: str = _QUESTIONS) -> list[PageBlock]:
     """Each question put to the residuals, with its answer."""
     rows = [
         (
@@ -76,5 +86,20 @@ def rate_budget(rows: Sequence[tuple[str, str, str]]) -> list[PageBlock]:
         ("Source", "Standard uncertainty, deg/h", "Of the Earth rate"),
         rows,
         caption="Where the interval comes from.",
-        kept=[name == "together" for name, _, _ in rows],
+        kept=[name == TOGETHER for name, _, _ in rows],
+    )
+
+
+def angle_budget(budget: Mapping[str, float], what: str) -> list[PageBlock]:
+    """Where the uncertainty of an angle comes from, in degrees; the sum stands out. `what` names the angle."""
+    whole = budget.get(TOGETHER) or math.sqrt(sum(value**2 for value in budget.values()))
+    rows = [
+        (name, value) for name, value in budget.items() if name != TOGETHER and value > _NEGLIGIBLE * whole
+    ]
+    rows += [(TOGETHER, whole)] if len(rows) > 1 else []
+    return table(
+        ("Source", f"Standard uncertainty of the {what}, deg"),
+        [(name, number(value / DEG, 3)) for name, value in rows],
+        caption="Where the uncertainty comes from.",
+        kept=[name == TOGETHER for name, _ in rows],
     )

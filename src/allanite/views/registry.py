@@ -28,6 +28,8 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
         "EarthRateEstimate",
         "allanite.views.earth_rate",
     ),
+    "allanite-north": ("allanite.experiments.north", "NorthEstimate", "allanite.views.north"),
+    "allanite-east-west-null": ("allanite.experiments.north", "EastWestNull", "allanite.views.null_test"),
 }
 
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import click
 
-from allanite.commands.cli.earth import latitude_option
 from allanite.commands.cli.options import (
     MODEL,
     Acceleration,
@@ -15,21 +14,23 @@ from allanite.commands.cli.options import (
     Rate,
     Share,
     accept_option,
+    click_option,
     confidence_option,
     log_options,
     model_channels_option,
     place_of,
     rest_options,
+    with_options,
 )
 from allanite.commands.cli.positions import (
     for_means,
     headed_files_of,
-    means_options,
-    position_options,
+    position_option,
     single_log,
 )
 from allanite.commands.cli.program import command
 from allanite.commands.cli.results import Destination, result_options
+from allanite.commands.option import BETWEEN, LATITUDE, MEANS
 
 __all__ = ["align"]
 
@@ -39,8 +40,8 @@ _HEADED = "first.csv=0 turned.csv=180"
 @command("allanite align log.parquet --model study.json --calibration calibration.json --latitude 48.1")
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @log_options
-@position_options("in recording order, with its heading if known: first.csv=0 turned.csv=180.")
-@means_options
+@position_option("in recording order, with its heading if known: first.csv=0 turned.csv=180.")
+@with_options((BETWEEN, *MEANS))
 @click.option("--model", metavar="MODEL", help=MODEL + "  [default: from the log itself]")
 @model_channels_option
 @click.option(
@@ -48,7 +49,7 @@ _HEADED = "first.csv=0 turned.csv=180"
     type=click.Path(exists=True, dir_okay=False),
     help="Calibration file written by `calibrate`.  [default: nominal]",
 )
-@latitude_option
+@click_option(LATITUDE)
 @click.option("--height", type=float, default=0.0, metavar="M", help="Height above the ellipsoid.")
 @click.option(
     "--axes",

@@ -16,11 +16,13 @@ from allanite.commands.cli.options import (
     model_channels_option,
     place_of,
     rest_options,
+    with_options,
 )
-from allanite.commands.cli.positions import files_of, for_means, means_options, position_options, single_log
+from allanite.commands.cli.positions import files_of, for_means, position_option, single_log
 from allanite.commands.cli.program import command
 from allanite.commands.cli.repeated import Listed
 from allanite.commands.cli.results import Destination, result_options
+from allanite.commands.option import BETWEEN, MEANS
 
 __all__ = ["calibrate"]
 
@@ -49,8 +51,8 @@ class Numbers(Listed):
 @command("allanite calibrate log.parquet --model study.json --latitude 48.1 --out calibration")
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @log_options
-@position_options("in recording order: zup.csv zdown.csv.")
-@means_options
+@position_option("in recording order: zup.csv zdown.csv.")
+@with_options((BETWEEN, *MEANS))
 @click.option(
     "--gyro-log",
     type=click.Path(exists=True, dir_okay=False),

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from allanite.commands.cli.earth import latitude_option
-from allanite.commands.cli.options import MODEL, Angle, Duration, Durations, in_si, place_of
+from allanite.commands.cli.options import MODEL, Angle, Duration, Durations, click_option, in_si, place_of
 from allanite.commands.cli.program import command
 from allanite.commands.cli.repeated import Listed
 from allanite.commands.cli.results import Destination, result_options
+from allanite.commands.option import LATITUDE
 
 if TYPE_CHECKING:
     from allanite.quantities.units import QuantityKind
@@ -70,7 +70,7 @@ class Initial(Listed):
     required=True,
     help=f"{MODEL} Of gyros and accelerometers (repeatable).",
 )
-@latitude_option
+@click_option(LATITUDE)
 @click.option("--duration", type=Duration(), default=3600.0, show_default="1h", help="Time without aiding.")
 @click.option("--times", type=Durations(), help="Times in the table: 1s,10s,1min,10min.")
 @click.option(

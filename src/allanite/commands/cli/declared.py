@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.commands.cli.options import log_options, place_of, with_options
+from allanite.commands.cli.positions import headed_files_of, position_option, single_log
 from allanite.commands.cli.program import command
 from allanite.commands.cli.results import Destination, results_in, series_option, style_options
 from allanite.commands.declaration import Command
@@ -37,18 +38,15 @@ def _offered(declared: Command) -> None:
     several = declared.takes == "recordings"
 
     def run(
-        log: str | tuple[str, ...],
-        to: Destination,
-        style: dict[str, bool] | None = None,
-        output: str | None = None,
-        **options: Any,
+        to: Destination, style: dict[str, bool] | None = None, output: str | None = None, **options: Any
     ) -> int:
         from allanite.files.recording_file import refuse_recording
         from allanite.views.terminal import TerminalStyle, show_document
 
         shown = partial(show_document, style=TerminalStyle(**style or {}))
         given = {name: value for name, value in options.items() if value is not None}
-        if refusal := declared.refusal(given):
+        log = _subject(declared, given)
+        if refusal := declared.refusal({**given, "plot": to.figure}):
             raise click.UsageError(refusal)
         if output is not None:
             refuse_recording(output, force=to.force)
@@ -71,15 +69,30 @@ def _offered(declared: Command) -> None:
         *((style_options,) if declared.summarized else ()),
         *((series_option(declared.series),) if declared.series else ()),
         with_options(declared.options),
+        *((position_option(declared.positions),) if declared.positions else ()),
         log_options,
         (
-            click.argument("log", nargs=-1, required=True, metavar="RECORD RECORD...")
-            if several
+            click.argument(
+                "logs", metavar="RECORD RECORD..." if several else "LOG...", nargs=-1, required=True
+            )
+            if several or declared.positions
             else click.argument("log")
         ),
     ):
         run = bundle(run)
     command(declared.example, declared.name)(run)
+
+
+def _subject(declared: Command, given: dict[str, Any]) -> str | tuple[str, ...]:
+    """The log among what was given, or several, as typed; of several positions the first, all of them with headings."""
+    if not (logs := given.pop("logs", ())):
+        return str(given.pop("log"))
+    if not declared.positions:
+        return tuple(logs)
+    if not given.pop("positions", False):
+        return single_log(logs, declared.headed)
+    given["positions"] = headed_files_of(logs, declared.headed, needed=declared.headings_needed)
+    return str(next(iter(given["positions"])))
 
 
 for _declared in COMMANDS.values():

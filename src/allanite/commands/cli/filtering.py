@@ -15,10 +15,11 @@ from allanite.commands.cli.options import (
     accept_option,
     log_options,
     place_of,
-    turn_options,
+    with_options,
 )
 from allanite.commands.cli.program import command
 from allanite.commands.cli.results import Destination, result_options
+from allanite.commands.option import TURNS
 
 __all__ = ["filter_"]
 
@@ -44,7 +45,7 @@ __all__ = ["filter_"]
     type=click.Path(dir_okay=False),
     help="File for the corrected series: .parquet, .npz, .npy, .csv or .mat.",
 )
-@turn_options
+@with_options(TURNS)
 @accept_option
 @result_options
 def filter_(

@@ -21,6 +21,7 @@ from allanite.commands.option import (
     ACCEPT,
     CONFIDENCE,
     FLOOR,
+    MODEL_CHANNELS,
     READING,
     STATISTICS,
     Option,
@@ -62,7 +63,6 @@ __all__ = [
     "rest_options",
     "seed_option",
     "statistic_option",
-    "turn_options",
     "typed",
     "with_options",
 ]
@@ -388,30 +388,6 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return with_options(READING)(command)
 
 
-def turn_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """When the sensor was turned, and where it pointed."""
-    sides, file = click.Choice(["north", "south", "up", "down"]), click.Path(exists=True, dir_okay=False)
-    options = [
-        click.option(
-            "--first", type=sides, help="Direction of the axis before the first turn; one axis cannot tell."
-        ),
-        click.option("--turns", type=file, help="CSV of turns: start,stop in seconds."),
-        click.option(
-            "--dwell", type=Duration(), help="Time between turns, if the signal does not show them: 30."
-        ),
-        click.option(
-            "--dead-time",
-            type=Duration(),
-            default=2.0,
-            show_default=True,
-            help="Time to skip after each turn.",
-        ),
-    ]
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
 def floor_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """The instrument's own noise."""
     return click_option(FLOOR)(command)
@@ -467,14 +443,9 @@ def json_option(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option("--json", "as_json", is_flag=True, help="Print JSON only, on stdout.")(command)
 
 
-def model_channels_option(function: Callable[..., Any]) -> Callable[..., Any]:
+def model_channels_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Whose model is whose, where log and model use other names."""
-    return click.option(
-        "--model-channels",
-        type=Renamed(),
-        metavar="NAMES",
-        help="Channel names in LOG = names in --model, if they differ: wx=gyro_x,wy=gyro_y.",
-    )(function)
+    return click_option(MODEL_CHANNELS)(command)
 
 
 # -- options that are declared ------------------------------------------------------------------------------
@@ -492,9 +463,13 @@ _KINDS: dict[str, click.ParamType[Any]] = {
     "degrees": Angle(),
     "latitude": Latitude(),
     "deg/h": Rate(),
+    "deg/s": Rate(),
+    "acceleration": Acceleration(),
+    "renamed": Renamed(),
     "deg/h/g": GSensitivity(),
     "file": click.Path(exists=True, dir_okay=False),
     "turns": click.Path(exists=True, dir_okay=False),
+    "headings": click.Path(exists=True, dir_okay=False),
 }
 """Type of an `Option` -> that of the command line; any other is text."""
 

@@ -3,24 +3,26 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import click
 
-from allanite.commands.cli.earth import LATITUDE, plan
+from allanite.commands.cli.earth import plan
 from allanite.commands.cli.options import (
     MODEL,
     Acceleration,
     Angle,
     Duration,
-    Latitude,
     Rate,
     Share,
+    click_option,
     place_of,
 )
 from allanite.commands.cli.program import example_of
 from allanite.commands.cli.repeated import Listed
 from allanite.commands.cli.results import Destination, result_options
+from allanite.commands.option import LATITUDE
 
 __all__ = ["positions"]
 
@@ -70,7 +72,7 @@ class Goals(Listed):
     required=True,
     help=f"{MODEL} Of each kind (repeatable).",
 )
-@click.option("--latitude", type=Latitude(), metavar="DEG", help=LATITUDE)
+@click_option(replace(LATITUDE, required=False))
 @click.option(
     "--goal",
     "goals",

@@ -9,54 +9,14 @@ from typing import Any
 
 import click
 
-from allanite.commands.cli.options import Angle, Duration
+from allanite.commands.cli.options import Angle
 
-__all__ = ["files_of", "for_means", "headed_files_of", "means_options", "position_options", "single_log"]
-
-
-def position_options(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """One file for each position, and the time between them; `what` is said of the files."""
-    options = [
-        click.option("--positions", is_flag=True, help=f"One LOG per position, {what}"),
-        click.option(
-            "--between",
-            type=Duration(),
-            default=60.0,
-            show_default=True,
-            help="Time between the LOGs of --positions or the rows of --means, if they carry no time.",
-        ),
-    ]
-
-    def decorated(command: Callable[..., Any]) -> Callable[..., Any]:
-        for option in reversed(options):
-            command = option(command)
-        return command
-
-    return decorated
+__all__ = ["files_of", "for_means", "headed_files_of", "position_option", "single_log"]
 
 
-def means_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """A table of means in place of a log."""
-    options = [
-        click.option(
-            "--means",
-            is_flag=True,
-            help="LOG is a table of mean readings, one row per position.",
-        ),
-        click.option(
-            "--averaging",
-            type=Duration(),
-            help="Averaging time of each row of --means, if no column gives it: 60s.",
-        ),
-        click.option(
-            "--sd-of",
-            type=click.Choice(["readings", "means"]),
-            help="Meaning of the standard deviations in the --means table.",
-        ),
-    ]
-    for option in reversed(options):
-        command = option(command)
-    return command
+def position_option(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """One file for each position; `what` is said of the files."""
+    return click.option("--positions", is_flag=True, help=f"One LOG per position, {what}")
 
 
 def for_means(means: bool, options: dict[str, Any], **of_logs: Any) -> None:

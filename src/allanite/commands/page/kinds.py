@@ -7,14 +7,13 @@ a kind: one entry here.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from allanite.commands.declaration import Command
-from allanite.commands.option import ACCEPT, MODEL, Option, option
-from allanite.commands.page.options import Code, Spelt, code_of, described
+from allanite.commands.option import ACCEPT, CONFIDENCE, LATITUDE, MODEL, SETUP, Option, option
+from allanite.commands.page.options import Spelt, code_of, described
 from allanite.commands.registry import COMMANDS
 
 __all__ = ["KINDS", "JobKind", "described_kinds", "lines_of", "plan_lines"]
@@ -91,16 +90,9 @@ def plan_lines(model: str, spelt: Spelt) -> str:
 def _with_imports(text: str) -> str:
     """The lines with what they use imported."""
     before = "import math\n\n" if "math." in text else ""
-    after = [
-        f"from allanite.{module} import {name}\n"
-        for name, module in (
-            ("parse_unit", "quantities.units"),
-            ("SetupUncertainty", "quantities.setup_uncertainty"),
-        )
-        if re.search(rf"\b{name}\(", text)
-    ]
+    after = "from allanite.quantities.units import parse_unit\n" if "parse_unit(" in text else ""
     head, _, rest = text.partition("\n\n")
-    return f"{before}{head}\n{''.join(after)}\n{rest}\n"
+    return f"{before}{head}\n{after}\n{rest}\n"
 
 
 def _read(subject: str, reading: Spelt) -> str:
@@ -122,12 +114,6 @@ def _call(function: str, positional: Sequence[Any], spelt: Spelt, reading: Spelt
     """A call of a function of `allanite.commands`, with the options where it has them."""
     inside = {name: dict(values) for name, values in spelt.inside.items()}
     named = {**({} if reading is None else reading.arguments), **spelt.arguments}
-    if spelt.stated:
-        stated = Code(f"SetupUncertainty({_arguments([], spelt.stated)})")
-        if function == "commands.plan_of":
-            named["stated"] = stated
-        else:
-            inside.setdefault("estimate", {})["stated"] = stated
     return f"{function}({_arguments(positional, {**named, **inside})})"
 
 
@@ -140,12 +126,6 @@ def _check_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: 
 
 def _measured_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
     function = f"commands.{kind.function}"
-    if spelt.arguments.get("null"):
-        spelt = Spelt(
-            words=(), arguments={k: v for k, v in spelt.arguments.items() if k != "null"}, inside=spelt.inside,
-            stated=spelt.stated,
-        )  # fmt: skip
-        function = "commands.null_of"
     call = _call(function, subjects, spelt, reading if kind.reads else None)
     return (
         f"from allanite import commands\n\nmeasured = {call}\ncommands.write_measurement(measured, {out!r})"
@@ -187,40 +167,11 @@ def _declared(command: Command) -> JobKind:
         title=command.title,
         command=command.name,
         takes=command.takes,
-        options={o.python: o for o in command.options},
+        options={o.python: o for o in command.options if o.on_page},
         required=tuple(o.python for o in command.options if o.required),
         lines=_declared_lines,
         results=(f"{command.stem}.json", *command.documents),
     )
-
-
-_CONFIDENCE = Option(
-    type="number", flag="--confidence", python="confidence", inside="estimate", default=0.95,
-    help="Confidence level of the intervals.",
-)  # fmt: skip
-_LATITUDE = Option(
-    type="degrees", flag="--latitude", python="latitude", help="Latitude in degrees, south negative."
-)
-_DEAD_TIME = Option(
-    type="seconds", flag="--dead-time", python="dead_time", default=2.0, help="Time to skip after each turn."
-)
-_STATED = {
-    "scale_uncertainty": Option(
-        type="number", flag="--scale-uncertainty", python="scale", stated=True,
-        help="Uncertainty of the scale factor: 0.001 is 0.1 %.",
-    ),
-    "latitude_uncertainty": Option(
-        type="degrees", flag="--latitude-uncertainty", python="latitude", stated=True,
-        help="Uncertainty of the latitude."
-    ),
-    "tilt": Option(
-        type="degrees", flag="--tilt", python="tilt", stated=True, help="Tilt of the table axis or of a vertical axis."
-    ),
-    "heading_uncertainty": Option(
-        type="degrees", flag="--heading-uncertainty", python="heading", stated=True,
-        help="Uncertainty of the axis heading."
-    ),
-}  # fmt: skip
 
 
 KINDS: Mapping[str, JobKind] = {
@@ -267,7 +218,7 @@ KINDS: Mapping[str, JobKind] = {
             ),
             "overlap": option("number", "--overlap", "Overlap of the Welch segments: 0.5.",
                 inside="estimate", default=0.5),
-            "confidence": _CONFIDENCE,
+            "confidence": replace(CONFIDENCE, inside="estimate"),
         },
         lines=_measured_lines,
         function="spectra_of",
@@ -286,37 +237,13 @@ KINDS: Mapping[str, JobKind] = {
         function="selection_of",
         results=("selection.json",),
     ),
-    "north": JobKind(
-        title="North",
-        command="north",
-        takes="recording",
-        options={
-            "latitude": _LATITUDE,
-            "model": MODEL,
-            "headings": option("headings", "--headings", "Positions by hand: [[start, stop, heading], …]."),
-            "rotation": option("deg/s", "--rotation", "Rate of a table that turned continuously [deg/s]."),
-            "heading_at_start": option(
-                "degrees", "--heading-at-start", "Heading of the first axis at the start, with a rotation."
-            ),
-            "null": option("flag", "--null", "Compare east with west, to detect a bias that follows the turns."),
-            "dead_time": _DEAD_TIME,
-            **_STATED,
-            "misalignment": option("degrees", "--misalignment", "Misalignment of the axes on the table.",
-                inside="estimate"),
-            "confidence": _CONFIDENCE,
-            "accept": ACCEPT,
-        },
-        required=("latitude", "model"),
-        lines=_measured_lines,
-        function="north_of",
-        results=("north.json", "east-west-null.json"),
-    ),
+    "north": _declared(COMMANDS["north"]),
     "plan": JobKind(
         title="Plan",
         command="plan",
         takes="model",
         options={
-            "latitude": _LATITUDE,
+            "latitude": LATITUDE,
             "channel": option("text", "--channel", "Channel whose model to use, if there are several."),
             "north": Option(type="flag", flag="--north", python="what", help="Plan a search for north."),
             "goal": option("number", "--goal", "One standard deviation: a share (0.03), or degrees with north."),
@@ -326,7 +253,7 @@ KINDS: Mapping[str, JobKind] = {
             "axes": option("integer", "--axes", "Number of horizontal axes, with north.", default=1),
             "positions": option("integer", "--positions", "Number of positions around the table, with north."),
             "misalignment": option("degrees", "--misalignment", "Misalignment of the axes on the table, with north."),
-            **_STATED,
+            **{o.python: o for o in SETUP},
         },
         required=("latitude",),
         lines=_measured_lines,

@@ -52,6 +52,8 @@ def _help(option: Option) -> str:
     """What the page says of an option: its fields take numbers and lists where the command line takes words."""
     if option.type == "turns":
         return "Turns by hand: [[start, stop], …]."
+    if option.type == "headings":
+        return "Positions by hand: [[start, stop, heading], …]."
     if option.type == "spans":
         return f"{option.help.removesuffix('.')}: [[from, to], …]."
     return f"{option.help.removesuffix('.')} (0.001 is 0.1 %)." if option.type == "share" else option.help
@@ -80,7 +82,6 @@ class Spelt:
     words: tuple[str, ...]
     arguments: Mapping[str, Any]
     inside: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    stated: Mapping[str, Any] = field(default_factory=dict)
 
 
 Place = Callable[[Option, str, Any], str]
@@ -98,7 +99,6 @@ def checked(options: Mapping[str, Option], given: Mapping[str, Any], place: Plac
     words: list[str] = []
     arguments: dict[str, Any] = {}
     inside: dict[str, dict[str, Any]] = {}
-    stated: dict[str, Any] = {}
     for name, value in given.items():
         option = options.get(name)
         if option is None:
@@ -107,11 +107,9 @@ def checked(options: Mapping[str, Option], given: Mapping[str, Any], place: Plac
             continue
         text, python = _spelt(option, name, value, place)
         words += [f"{option.flag}={t}" if t is not None else option.flag for t in text]
-        target = (
-            stated if option.stated else inside.setdefault(option.inside, {}) if option.inside else arguments
-        )
+        target = inside.setdefault(option.inside, {}) if option.inside else arguments
         target[option.python] = python
-    return Spelt(words=tuple(words), arguments=arguments, inside=inside, stated=stated)
+    return Spelt(words=tuple(words), arguments=arguments, inside=inside)
 
 
 def _spelt(option: Option, name: str, value: Any, place: Place) -> tuple[list[str | None], Any]:

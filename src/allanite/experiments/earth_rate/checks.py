@@ -8,8 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from allanite.experiments.earth_rate.verdict import RateCheckKind
-from allanite.quantities.residual_tests import ResidualTest, grave, scatter_words, size_words
-from allanite.quantities.result import Result
+from allanite.quantities.residual_tests import CheckResult, grave, scatter_words, size_words
 from allanite.recording.channel_names import for_shell
 
 __all__ = ["RateCheck", "failures"]
@@ -31,7 +30,7 @@ _CAUSES = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RateCheck(Result):
+class RateCheck(CheckResult):
     """One question put to the residuals.
 
     Attributes
@@ -39,18 +38,6 @@ class RateCheck(Result):
     kind : RateCheckKind
         "size" of the noise, "warm-up", "settling" after each turn, "temperature", "scatter" of the dwells, "constancy"
         of the rate, "order" of the turns.
-    statistic, dof : float
-        Chi-square and its expectation if the model holds.
-    p : float
-        Probability of one at least as unlikely if the model holds.
-    passed : bool
-        The residuals agree with the model.
-    widens : bool
-        Where it fails by no more than a factor of two, it widens the interval and leaves the result standing.
-    tries : int
-        The statistic is the largest of so many; p is its own probability times that number.
-    two_sided : bool
-        p is twice that of the nearer tail: too small is as telling as too large.
     channel : str
         Of a temperature; else "".
     at : float [s]
@@ -58,38 +45,8 @@ class RateCheck(Result):
     """
 
     kind: RateCheckKind
-    statistic: float
-    dof: float
-    p: float
-    passed: bool
-    widens: bool = False
-    tries: int = 1
-    two_sided: bool = False
     channel: str = ""
     at: float = math.nan
-
-    @classmethod
-    def of(
-        cls, kind: RateCheckKind, test: ResidualTest, *, channel: str = "", at: float = math.nan
-    ) -> RateCheck:
-        """The question with the numbers of its answer."""
-        return cls(
-            kind=kind,
-            statistic=test.statistic,
-            dof=test.dof,
-            p=test.p,
-            passed=test.passed,
-            widens=test.widens,
-            tries=test.tries,
-            two_sided=test.two_sided,
-            channel=channel,
-            at=at,
-        )
-
-    @property
-    def ratio(self) -> float:
-        """Size of what was found over what the model says."""
-        return math.sqrt(self.statistic / self.dof) if self.dof > 0 else 1.0
 
     @property
     def name(self) -> str:

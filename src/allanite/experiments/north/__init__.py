@@ -13,6 +13,7 @@ positions need two axes; three positions and more, or continuous rotation, need 
 ``budget``      what errors of scale factor, alignment, tilt and heading do to the azimuth.
 ``estimation``  find_north.
 ``null_test``   east_west_null: does a bias follow the turns?
+``verdict``, ``checks``, ``words``  what is said of both: codes, questions, sentences.
 
 For a rate known to 0.001 deg/h (standard deviation) the azimuth is known to:
 

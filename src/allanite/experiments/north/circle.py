@@ -23,12 +23,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
 from allanite.quantities.distributions import normal_quantile
+from allanite.quantities.result import Result
 
 __all__ = [
     "CIRCLE",
@@ -56,16 +58,20 @@ def wrapped(angle: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class Arc:
+class Arc(Result):
     """Directions from `start` on towards larger angles.
 
     Attributes
     ----------
+    stop : float [rad]
+        The end, 0 to below 2 pi.
     start : float [rad]
         0 to below 2 pi.
     width : float [rad]
         0 to 2 pi, the whole circle.
     """
+
+    STATED: ClassVar[tuple[str, ...]] = ("stop",)
 
     start: float
     width: float
@@ -90,10 +96,6 @@ class Arc:
     def contains(self, angle: float) -> bool:
         """Does the direction lie on the arc, its ends included?"""
         return self.full or wrapped(angle - self.start) <= self.width
-
-    def to_json(self) -> dict[str, float]:
-        """Plain data."""
-        return {"start": self.start, "stop": self.stop, "width": self.width}
 
 
 CIRCLE = Arc(0.0, FULL_TURN)

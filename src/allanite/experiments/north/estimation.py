@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.experiments.north.budget import axis_terms
+from allanite.experiments.north.checks import NorthCheck
 from allanite.experiments.north.circle import (
     CIRCLE,
     Arc,
@@ -25,16 +26,13 @@ from allanite.experiments.north.results import NorthEstimate, RunningNorth
 from allanite.experiments.north.scatter import PositionScatter, scatter_of
 from allanite.experiments.north.solution import NorthSolution, solve
 from allanite.experiments.north.tracks import Axes, Rotation, Track, axes_of, tracks_of
-from allanite.experiments.north.verdict import (
-    REASONS,
-    drift_check,
-    judge,
-)
+from allanite.experiments.north.verdict import NorthCheckKind, NorthVerdict
 from allanite.experiments.reversals import Reversals
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.quantities.earth import EARTH_RATE, checked_latitude
-from allanite.quantities.residual_tests import SEEN, ResidualTest, inflation_of, scatter_check, size_check
+from allanite.quantities.quantity import Quantity, QuantityStatus
+from allanite.quantities.residual_tests import SEEN, alarm, grave, inflation_of, scatter_check, size_check
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.records import Recording
 
@@ -134,8 +132,21 @@ def find_north(
         duration=recording.duration,
         source=recording.source,
     )
-    verdict, reason, advice = judge(estimate, solution.rank)
-    return replace(estimate, verdict=verdict, reason=reason, advice=advice)
+    return replace(estimate, verdict=_verdict(estimate))
+
+
+def _verdict(estimate: NorthEstimate) -> NorthVerdict:
+    if estimate.components == 0:
+        return NorthVerdict.NO_NORTH
+    if estimate.components == 1:
+        return NorthVerdict.NOT_RESOLVED if estimate.interval else NorthVerdict.CONTRADICTS
+    if grave(estimate.checks):
+        return NorthVerdict.INCONSISTENT
+    if estimate.anywhere:
+        return NorthVerdict.NO_NORTH
+    if estimate.excludes_earth:
+        return NorthVerdict.CONTRADICTS
+    return NorthVerdict.NOT_RESOLVED if estimate.signal_to_noise < SEEN else NorthVerdict.RESOLVED
 
 
 def check_latitude(latitude: float) -> None:
@@ -159,12 +170,13 @@ def _checkpoints(track: Track) -> NDArray[np.int64]:
     return rows[::-1][:: max(len(rows) // CHECKPOINTS, 1)][::-1]
 
 
-def _checks(solution: NorthSolution, scatter: PositionScatter | None) -> tuple[ResidualTest, ...]:
-    checks = [size_check(solution.chi2, solution.dof)]
+def _checks(solution: NorthSolution, scatter: PositionScatter | None) -> tuple[NorthCheck, ...]:
+    checks = [NorthCheck.of(NorthCheckKind.SIZE, size_check(solution.chi2, solution.dof))]
     if solution.rank == 2:
-        checks.append(drift_check(solution.drift))
+        checks.append(NorthCheck.of(NorthCheckKind.CONSTANCY, alarm("constancy", solution.drift, 2)))
     if scatter is not None and scatter.dof > 0:
-        checks.append(scatter_check("positions", scatter.chi2, scatter.dof, REASONS))
+        test = scatter_check("positions", scatter.chi2, scatter.dof)
+        checks.append(NorthCheck.of(NorthCheckKind.SCATTER, test))
     return tuple(checks)
 
 
@@ -172,13 +184,13 @@ def _estimate(
     tracks: Sequence[Track],
     solution: NorthSolution,
     scatter: PositionScatter | None,
-    checks: tuple[ResidualTest, ...],
+    checks: tuple[NorthCheck, ...],
     latitude: float,
     stated: SetupUncertainty,
     misalignment: float,
     confidence: float,
 ) -> NorthEstimate:
-    """All but what comes from the record; verdict and reason are still empty."""
+    """All but what comes from the record, and the verdict."""
     expected = EARTH_RATE * math.cos(latitude)
     inflation = inflation_of(checks)
     blank = NorthEstimate(
@@ -187,13 +199,13 @@ def _estimate(
         total_sd=math.inf,
         interval=(CIRCLE,),
         confidence=confidence,
-        verdict="",
-        reason="",
+        verdict=NorthVerdict.NO_NORTH,
         inflation=inflation,
         signal_to_noise=0.0,
-        horizontal_rate=math.nan,
+        horizontal=Quantity(
+            value=math.nan, lower=0.0, upper=math.inf, unit="rad/s", status=QuantityStatus.NOT_RESOLVED
+        ),
         horizontal_sd=math.inf,
-        horizontal_interval=(0.0, math.inf),
         expected_rate=expected,
         candidates=(),
         biases={t.name: level for t, level in zip(tracks, solution.levels, strict=True)},
@@ -204,8 +216,6 @@ def _estimate(
         latitude=latitude,
         axes={t.name: t.offset for t in tracks},
         models={},
-        reversals=None,
-        rotation=None,
         duration=0.0,
         block=tracks[0].blocks.dt,
         source="",
@@ -253,9 +263,8 @@ def _located(
         total_sd=math.hypot(sd, more),
         interval=(arc,),
         signal_to_noise=signal,
-        horizontal_rate=length,
+        horizontal=Quantity.of(length, (low, high), "rad/s"),
         horizontal_sd=math.hypot(noise, reference),
-        horizontal_interval=(low, high),
         candidates=(psi,),
         budget=budget,
     )

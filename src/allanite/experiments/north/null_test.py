@@ -8,17 +8,19 @@ from dataclasses import replace
 
 import numpy as np
 
+from allanite.experiments.north.checks import NorthCheck
 from allanite.experiments.north.circle import half_width, seen_from
 from allanite.experiments.north.estimation import check_latitude
 from allanite.experiments.north.results import EastWestNull
 from allanite.experiments.north.scatter import Means
 from allanite.experiments.north.tracks import Track, axes_of, tracks_of
-from allanite.experiments.north.verdict import REASONS, advice_of
+from allanite.experiments.north.verdict import NorthCheckKind, NullVerdict
 from allanite.experiments.reversals import Reversals
 from allanite.filtering.regression import LEVEL, Regression, regress
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
-from allanite.quantities.earth import DEG_H, EARTH_RATE
+from allanite.quantities.earth import EARTH_RATE
+from allanite.quantities.quantity import Quantity
 from allanite.quantities.residual_tests import grave, inflation_of, scatter_check, size_check
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.records import Recording
@@ -96,7 +98,8 @@ def east_west_null(
         "heading": horizontal * uncertainties.heading,
         "tilt": EARTH_RATE * abs(math.sin(latitude)) * uncertainties.tilt,
     }
-    return _result(track, fit, letting_in, latitude, confidence, recording)
+    result = _result(track, fit, letting_in, latitude, confidence, recording)
+    return replace(result, model=model, reversals=positions)
 
 
 def _result(
@@ -107,57 +110,40 @@ def _result(
     confidence: float,
     recording: Recording,
 ) -> EastWestNull:
-    checks = [size_check(fit.chi2, fit.dof)]
+    checks = [NorthCheck.of(NorthCheckKind.SIZE, size_check(fit.chi2, fit.dof))]
     means = Means.of(track)
     if means is not None and len(means.mean) > 2:
         whitened_sines = means.whitener @ np.sin(means.heading)
         left = means.whitener @ (means.mean - EARTH_RATE * math.cos(latitude) * np.cos(means.heading))
         left -= whitened_sines * (whitened_sines @ left) / (whitened_sines @ whitened_sines)
-        checks.append(scatter_check("positions", float(left @ left), len(left) - 1, REASONS))
+        test = scatter_check("positions", float(left @ left), len(left) - 1)
+        checks.append(NorthCheck.of(NorthCheckKind.SCATTER, test))
     inflation = inflation_of(checks)
     value, sd = fit["bias"]
     budget = {"noise": sd * inflation, **letting_in}
     total = math.sqrt(sum(v**2 for v in budget.values()))
     half = half_width(confidence) * total
     result = EastWestNull(
-        value=value,
+        verdict=NullVerdict.NOT_SEPARABLE,
+        following=Quantity.of(value, (value - half, value + half), "rad/s"),
         sd=sd * inflation,
         total_sd=total,
-        interval=(value - half, value + half),
         confidence=confidence,
-        limit=abs(value) + half,
-        verdict="",
-        reason="",
         inflation=inflation,
         bias=fit[LEVEL],
         budget=budget,
         checks=tuple(checks),
-        advice=advice_of(checks),
         latitude=latitude,
         channel=track.name,
         source=recording.source,
     )
-    verdict, reason = _verdict(result, separable="bias" not in fit.unbounded)
-    return replace(result, verdict=verdict, reason=reason)
+    return replace(result, verdict=_verdict(result, separable="bias" not in fit.unbounded))
 
 
-def _verdict(result: EastWestNull, *, separable: bool) -> tuple[str, str]:
+def _verdict(result: EastWestNull, *, separable: bool) -> NullVerdict:
     if not separable:
-        return "not separable", "without turns between east and west the bias and its change are one constant"
-    bad = grave(result.checks)
-    if bad:
-        names = ", ".join(c.name for c in bad)
-        return "inconsistent", f"the residuals contradict the noise model ({names}): {bad[0].says}"
-    value, total, limit = (x / DEG_H for x in (result.value, result.total_sd, result.limit))
-    digits = max(0, 1 - math.floor(math.log10(total))) if 0 < total < math.inf else 2
-    bias_text = f"{value:.{digits}f} +- {total:.2g} deg/h (1 sd)"
-    if result.interval[0] <= 0 <= result.interval[1]:
-        return (
-            "no bias that follows the turns",
-            f"none above {limit:.3g} deg/h; the turns give {bias_text}",
-        )
-    reason = (
-        f"{bias_text} change sign between east and west, where the Earth adds nothing: an Earth rate measured with "
-        f"these turns may be wrong by {limit / math.cos(result.latitude):.3g} deg/h"
-    )
-    return "a bias follows the turns", reason
+        return NullVerdict.NOT_SEPARABLE
+    if grave(result.checks):
+        return NullVerdict.INCONSISTENT
+    low, high = result.interval
+    return NullVerdict.NONE if low <= 0 <= high else NullVerdict.FOLLOWS

@@ -14,6 +14,7 @@ from allanite.errors import InputError, LimitError
 from allanite.experiments.reversals import Reversals
 from allanite.filtering.block_means import BlockMeans, block_means, longest_block
 from allanite.noise import NoiseModel
+from allanite.quantities.result import Result
 from allanite.recording.records import Kind, Recording, Sampling
 
 __all__ = ["Axes", "Rotation", "Track", "axes_of", "tracks_of"]
@@ -31,7 +32,7 @@ MOST_BLOCKS = 2_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rotation:
+class Rotation(Result):
     """A table that turns at a constant rate.
 
     Attributes
@@ -52,10 +53,6 @@ class Rotation:
                 f"a rotation needs a finite rate other than zero [rad/s] and a finite start [rad], not {self.rate!r} "
                 f"and {self.start!r}"
             )
-
-    def to_json(self) -> dict[str, float]:
-        """Plain data."""
-        return {"rate": self.rate, "start": self.start}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,6 +9,7 @@ two turns; a *dwell* is a usable piece of a position: without the dead time afte
 and the disturbed stretches (knocks, frozen readings) inside it.
 """
 
+from allanite.experiments.reversals.apart import PositionsApart
 from allanite.experiments.reversals.by_file import BETWEEN, joined_files, joined_positions
 from allanite.experiments.reversals.detection import find_reversals
 from allanite.experiments.reversals.schedule import periodic_reversals, placed, read_positions, read_turns
@@ -19,6 +20,7 @@ __all__ = [
     "Disturbance",
     "Dwell",
     "Position",
+    "PositionsApart",
     "Reversals",
     "Turn",
     "find_reversals",

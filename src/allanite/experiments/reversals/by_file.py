@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError, LimitError
+from allanite.experiments.reversals.apart import PositionsApart
 from allanite.experiments.reversals.schedule import placed
 from allanite.experiments.reversals.turns import DEAD_TIME, Reversals
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording
@@ -33,7 +34,7 @@ def joined_files(
     names: Sequence[str] | None = None,
     *,
     between: float = BETWEEN,
-) -> tuple[Recording, Spans, str]:
+) -> tuple[Recording, Spans, PositionsApart]:
     """One record of all files, missing between them.
 
     Parameters
@@ -52,7 +53,7 @@ def joined_files(
         In the units of the first file.
     spans : list of (int, int) [samples]
         Where each file is in it.
-    remark : str
+    apart : PositionsApart
         Where the time between the files comes from.
 
     Raises
@@ -70,7 +71,7 @@ def joined_files(
     kept = [first[name] for name in (first.names if names is None else names)]
     for other in recordings[1:]:
         _refuse_another(first, other, kept)
-    pauses, remark = _pauses(recordings, between)
+    pauses, apart = _pauses(recordings, between)
     missing = [max(round(pause * first.rate), 1) for pause in pauses]
     _refuse_too_many(recordings, missing, len(kept))
     starts = np.cumsum([0, *(r.n_samples + gap for r, gap in zip(recordings, missing, strict=False))])
@@ -90,7 +91,7 @@ def joined_files(
         source=f"{files[0]} and {len(files) - 1} more",
         history=({"step": "join", "files": files, "between_s": pauses},),
     )
-    return whole, spans, remark
+    return whole, spans, apart
 
 
 def joined_positions(
@@ -99,7 +100,7 @@ def joined_positions(
     *,
     between: float = BETWEEN,
     dead_time: float = DEAD_TIME,
-) -> tuple[Recording, Reversals, str]:
+) -> tuple[Recording, Reversals, PositionsApart]:
     """One record of the rates of all files, and where the sensor stood in each.
 
     Parameters
@@ -115,7 +116,7 @@ def joined_positions(
     -------
     recording : Recording
     positions : Reversals
-    remark : str
+    apart : PositionsApart
         Where the time between the files comes from.
 
     Raises
@@ -126,9 +127,9 @@ def joined_positions(
     if len(recordings) != len(headings):
         raise InputError("positions in files of their own need at least two files, each with its heading")
     rates = [c.name for c in recordings[0].channels if c.kind is Kind.RATE] if recordings else []
-    whole, spans, remark = joined_files(recordings, rates, between=between)
+    whole, spans, apart = joined_files(recordings, rates, between=between)
     labels = [recording.source for recording in recordings]
-    return whole, placed(whole, spans, headings, labels, dead_time=dead_time), remark
+    return whole, placed(whole, spans, headings, labels, dead_time=dead_time), apart
 
 
 def _in_unit_of(channel: Channel, recording: Recording) -> NDArray[np.float64]:
@@ -166,14 +167,11 @@ def _refuse_too_many(recordings: Sequence[Recording], missing: Sequence[int], ch
         )
 
 
-def _pauses(recordings: Sequence[Recording], between: float) -> tuple[list[float], str]:
+def _pauses(recordings: Sequence[Recording], between: float) -> tuple[list[float], PositionsApart]:
     """Time from each file to the next [s], by their stamps where all have them."""
     starts = [r.start for r in recordings]
-    assumption = (
-        f"the files do not say when they were recorded: {between:g} s are assumed between them (--between)"
-    )
     if any(start is None for start in starts):
-        return [between] * (len(recordings) - 1), assumption
+        return [between] * (len(recordings) - 1), PositionsApart(assumed=between)
     pauses = [
         ((later.start or 0) - (early.start or 0)) * 1e-9 - early.duration
         for early, later in zip(recordings, recordings[1:], strict=False)
@@ -184,4 +182,4 @@ def _pauses(recordings: Sequence[Recording], between: float) -> tuple[list[float
                 f"{later.source} begins {pause:.6g} s after the end of {early.source}: give the files in the order in "
                 "which they were recorded, within a day"
             )
-    return [max(p, recordings[0].dt) for p in pauses], "the time between the files is that of their stamps"
+    return [max(p, recordings[0].dt) for p in pauses], PositionsApart()

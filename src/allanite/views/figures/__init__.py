@@ -292,13 +292,14 @@ def _aided(aided: Any) -> Sheet:
 
 
 def _north(north: Any, *, view: str = "whole") -> Sheet:
+    from allanite.experiments.north import NorthEstimate
     from allanite.views.figures import compass
 
     _known_view(view, compass.VIEWS, "a search for north")
-    document = north if isinstance(north, Mapping) else north.to_json()
+    result: NorthEstimate = NorthEstimate.from_json(north) if isinstance(north, Mapping) else north
     parts: Parts = {
-        "compass": lambda: [compass.compass_panel(document)],
-        "running": lambda: compass.running_panels(document),
+        "compass": lambda: [compass.compass_panel(result)],
+        "running": lambda: compass.running_panels(result),
     }
     return _in_view(parts, view, f"this search for north has no figure {view!r}")
 

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from allanite.experiments.north import Arc
+from allanite.quantities.quantity import Quantity
 from allanite.views.figures.compass import card, point_on, rate_gauge
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words, arc, arrow, circle, line, wedge
 from allanite.views.figures.earth import DEG_H
@@ -31,8 +33,19 @@ _SETTLED = 0.1  # part of the record after which the band must lie inside the fr
 
 def compass_panel(document: Json) -> Panel:
     """The heading on a compass, north upwards, with what was found in words beside it."""
-    parts = [*card(), *_needle(document), *_said(document), *rate_gauge(document)]
+    parts = [
+        *card(),
+        *_needle(document),
+        *_said(document),
+        *rate_gauge(_horizontal(document), document["expected_rate"]),
+    ]
     return Panel(title=_title(document), drawing=Drawing(width=100.0, height=42.0, parts=tuple(parts)))
+
+
+def _horizontal(document: Json) -> Quantity:
+    rate, ends = document["horizontal_rate"], document["horizontal_interval"]
+    value, *both = (math.nan if v is None else v for v in (rate, *ends))
+    return Quantity.of(value, (both[0], both[1]), "rad/s")
 
 
 def _title(document: Json) -> str:
@@ -72,7 +85,7 @@ def _said(document: Json) -> _Parts:
     else:
         rows += [
             (f"heading {direction_words(last)}", False),
-            (f"{percent} interval {arcs_words([last['interval']])}", False),
+            (f"{percent} interval {arcs_words([Arc.from_json(last['interval'])])}", False),
         ]
     naive = document["naive"]
     if naive is not None and naive["flagged"]:

@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,9 +26,23 @@ from allanite.views.figures.panel import Array, Axis, Curve, Panel, around, arra
 from allanite.views.figures.records import clock
 from allanite.views.wording import interval, number
 
-__all__ = ["VIEWS", "card", "compass", "compass_panel", "point_on", "rate_gauge", "running_panels"]
+if TYPE_CHECKING:
+    from allanite.experiments.north import Arc, NorthEstimate
+    from allanite.quantities.quantity import Quantity
 
-Json = Mapping[str, Any]
+__all__ = [
+    "VIEWS",
+    "beside_card",
+    "card",
+    "compass",
+    "compass_panel",
+    "needle",
+    "point_on",
+    "rate_gauge",
+    "running_panels",
+    "sector",
+]
+
 _Parts = list[DrawnShape | Words]
 
 VIEWS = ("whole", "compass", "running")
@@ -38,14 +52,20 @@ _WORDS = 47.0  # where the words begin
 _SETTLED = 0.2  # part of the record after which the bands must lie inside the frame
 
 
-def compass_panel(north: Json) -> Panel:
+def compass_panel(north: NorthEstimate) -> Panel:
     """The compass, north upwards, with what was found in words beside it."""
     return Panel(title="Where the mark of the table points", drawing=compass(north))
 
 
-def compass(north: Json) -> Drawing:
+def compass(north: NorthEstimate) -> Drawing:
     """Directions of the table's mark that the record allows, on a sheet of 100 by 42."""
-    parts = [*card(), *_arcs(north), *_needles(north), *_said(north), *rate_gauge(north)]
+    parts = [
+        *card(),
+        *_arcs(north),
+        *_needles(north),
+        *_said(north),
+        *rate_gauge(north.horizontal, north.expected_rate),
+    ]
     return Drawing(width=100.0, height=42.0, parts=tuple(parts))
 
 
@@ -64,66 +84,77 @@ def card() -> _Parts:
     return parts
 
 
-def _arcs(north: Json) -> _Parts:
+def _arcs(north: NorthEstimate) -> _Parts:
     """The directions that are allowed: a sector each, with a bold line along the card."""
     parts: _Parts = []
-    for sector in north["interval"]:
-        start = _turned(sector["start"])
-        stop = start - sector["width"]
-        parts.append(wedge(_CENTRE, _RADIUS, start, stop, fill="z", opacity=0.22, name="arc"))
-        parts.append(line(*arc(_CENTRE, _RADIUS, start, stop), colour="z", width=3.0, name="rim"))
+    for allowed in north.interval:
+        parts += sector(allowed)
     return parts
 
 
-def _needles(north: Json) -> _Parts:
+def sector(allowed: Arc) -> _Parts:
+    """Directions on the card: a sector with a bold line along its rim."""
+    start = _turned(allowed.start)
+    stop = start - allowed.width
+    return [
+        wedge(_CENTRE, _RADIUS, start, stop, fill="z", opacity=0.22, name="arc"),
+        line(*arc(_CENTRE, _RADIUS, start, stop), colour="z", width=3.0, name="rim"),
+    ]
+
+
+def _needles(north: NorthEstimate) -> _Parts:
     """The mark's direction; dashed where there are two that the record cannot tell apart."""
-    if _anywhere(north):
-        return [circle(_CENTRE, 0.8, fill="guide", colour=None)]
-    if north["azimuth"] is not None:
-        tip = point_on(math.degrees(north["azimuth"]), _RADIUS - 0.4)
-        colour = "ink" if north["verdict"] == "north found" else "guide"
-        return [
-            *arrow(_CENTRE, tip, colour=colour, width=1.8, name="mark"),
-            circle(_CENTRE, 0.8, fill=colour, colour=None),
-        ]
+    if north.anywhere:
+        return needle(math.nan)
+    if not math.isnan(north.azimuth):
+        return needle(north.azimuth, "mark", sure=north.found)
     return [
         line(_CENTRE, point_on(math.degrees(azimuth), _RADIUS - 0.4), dashed=True, name="candidate")
-        for azimuth in north["candidates"]
+        for azimuth in north.candidates
     ]
 
 
-def _said(north: Json) -> _Parts:
+def needle(direction: float, name: str = "", *, sure: bool = False) -> _Parts:
+    """An arrow from the centre, in ink where it is a result; the centre alone where there is no direction."""
+    colour = "ink" if sure else "guide"
+    tip = point_on(math.degrees(direction), _RADIUS - 0.4)
+    hand = [] if math.isnan(direction) else arrow(_CENTRE, tip, colour=colour, width=1.8, name=name)
+    return [*hand, circle(_CENTRE, 0.8, fill=colour, colour=None)]
+
+
+def _said(north: NorthEstimate) -> _Parts:
     """The direction and its interval in words."""
-    rows = [(north["verdict"], True), *((text, False) for text in _direction(north))]
-    rows.append((f"signal to noise {number(north['signal_to_noise'], 2)}", False))
+    return beside_card(
+        [north.verdict.words, *_direction(north), f"signal to noise {number(north.signal_to_noise, 2)}"]
+    )
+
+
+def beside_card(lines: Sequence[str]) -> _Parts:
+    """Words to the right of the card, the first of them in bold; in another ink where they explain what is dashed."""
     return [
-        Words(x=_WORDS, y=37.5 - 3.1 * i, text=text, bold=bold, across="left", size=1.15 if bold else 1.0)
-        for i, (text, bold) in enumerate(rows)
-    ]
+        Words(
+            x=_WORDS, y=37.5 - 3.1 * i, text=text, bold=i == 0, across="left", size=1.15 if i == 0 else 1.0,
+            colour="limit" if text.startswith("dashed") else "ink",
+        )
+        for i, text in enumerate(lines)
+    ]  # fmt: skip
 
 
-def _direction(north: Json) -> list[str]:
-    percent = f"{100 * north['confidence']:g} %"
-    arcs = north["interval"]
-    if _anywhere(north):
+def _direction(north: NorthEstimate) -> list[str]:
+    percent = f"{100 * north.confidence:g} %"
+    arcs = north.interval
+    if north.anywhere:
         return [f"{percent} interval: every direction", "the record says nothing about north"]
-    digits = min((_digits(a["width"]) for a in arcs), default=1)
-    intervals = [
-        f"{math.degrees(a['start']):.{digits}f} to {math.degrees(a['stop']):.{digits}f} deg" for a in arcs
-    ]
+    digits = min((_digits(a.width) for a in arcs), default=1)
+    intervals = [f"{math.degrees(a.start):.{digits}f} to {math.degrees(a.stop):.{digits}f} deg" for a in arcs]
     if not intervals:
         return ["no direction explains the record"]
-    if north["azimuth"] is None:
+    if math.isnan(north.azimuth):
         return ["one component alone is seen", *(f"{percent} interval {text}" for text in intervals)]
     return [
-        f"azimuth of the mark {math.degrees(north['azimuth']):.{digits}f} deg",
+        f"azimuth of the mark {math.degrees(north.azimuth):.{digits}f} deg",
         f"{percent} interval {intervals[0]}",
     ]
-
-
-def _anywhere(north: Json) -> bool:
-    """The record does not exclude a single direction."""
-    return any(sector["width"] >= 2 * math.pi for sector in north["interval"])
 
 
 def _digits(width: float) -> int:
@@ -131,11 +162,10 @@ def _digits(width: float) -> int:
     return min(max(1 - math.floor(math.log10(math.degrees(width))), 0), 5) if width > 0 else 3
 
 
-def rate_gauge(north: Json) -> _Parts:
-    """The horizontal rate on a scale from zero, beside the one that the Earth has at this latitude."""
-    low, high = (v / DEG_H if v is not None else math.nan for v in north["horizontal_interval"])
-    known = north["expected_rate"] / DEG_H
-    measured = math.nan if north["horizontal_rate"] is None else north["horizontal_rate"] / DEG_H
+def rate_gauge(horizontal: Quantity, expected: float) -> _Parts:
+    """The horizontal rate on a scale from zero, beside the one that the Earth has at this latitude [rad/s]."""
+    measured, low, high = (v / DEG_H for v in (horizontal.value, horizontal.lower, horizontal.upper))
+    known = expected / DEG_H
     ends = [v for v in (1.25 * known, 1.1 * high, 1.1 * measured) if math.isfinite(v)]
     most, left, right, y = max(ends), _WORDS, 95.0, 11.0
 
@@ -177,28 +207,28 @@ def point_on(degrees: float, radius: float) -> Point:
 # -- as the record grows ----------------------------------------------------------------------------------
 
 
-def running_panels(north: Json) -> list[Panel]:
+def running_panels(north: NorthEstimate) -> list[Panel]:
     """Azimuth, as its distance from the result, and horizontal rate as the record grows."""
-    running, wide = north["running"], quantile(north["confidence"])
-    unit, second = clock(north["duration"])
-    time = array(running["time"]) / second
-    frame = 0.0, 1.02 * north["duration"] / second
+    running, wide = north.running, quantile(north.confidence)
+    unit, second = clock(north.duration)
+    time = running.time / second
+    frame = 0.0, 1.02 * north.duration / second
     axis = Axis(label=f"Time since the first sample [{unit}]", limits=frame)
-    panels = [_rate_panel(north, time, axis, frame)] if _any(running["horizontal_rate"]) else []
-    if north["azimuth"] is not None and _any(running["azimuth"]):
-        away = np.degrees(_difference(array(running["azimuth"]), north["azimuth"]))
-        half = wide * np.degrees(array(running["sd"]))
+    panels = [_rate_panel(north, time, axis, frame)] if _any(running.horizontal_rate) else []
+    if not math.isnan(north.azimuth) and _any(running.azimuth):
+        away = np.degrees(_difference(running.azimuth, north.azimuth))
+        half = wide * np.degrees(np.where(np.isfinite(running.sd), running.sd, np.nan))
         panels.insert(0, _azimuth_panel(north, time, away, half, axis))
     return panels
 
 
-def _any(values: Any) -> bool:
-    return bool(np.isfinite(array(values)).any())
+def _any(values: Array) -> bool:
+    return bool(np.isfinite(values).any())
 
 
-def _azimuth_panel(north: Json, time: Array, away: Array, half: Array, axis: Axis) -> Panel:
+def _azimuth_panel(north: NorthEstimate, time: Array, away: Array, half: Array, axis: Axis) -> Panel:
     late = time >= _SETTLED * time[-1] if time.size else np.zeros(0, dtype=np.bool_)
-    percent = f"{100 * north['confidence']:g} %"
+    percent = f"{100 * north.confidence:g} %"
     curve = Curve(
         x=time,
         y=away,
@@ -209,7 +239,7 @@ def _azimuth_panel(north: Json, time: Array, away: Array, half: Array, axis: Axi
         band_label=f"{percent} band by the noise, linear",
     )
     low, high = around([0.0], away[late], (away - half)[late], (away + half)[late])
-    result = f"{math.degrees(north['azimuth']):.2f} deg"
+    result = f"{math.degrees(north.azimuth):.2f} deg"
     return Panel(
         title="Azimuth as the record grows",
         x=axis,
@@ -220,15 +250,15 @@ def _azimuth_panel(north: Json, time: Array, away: Array, half: Array, axis: Axi
     )
 
 
-def _rate_panel(north: Json, time: Array, axis: Axis, frame: tuple[float, float]) -> Panel:
-    rate = array(north["running"]["horizontal_rate"]) / DEG_H
-    known = north["expected_rate"] / DEG_H
+def _rate_panel(north: NorthEstimate, time: Array, axis: Axis, frame: tuple[float, float]) -> Panel:
+    rate = north.running.horizontal_rate / DEG_H
+    known = north.expected_rate / DEG_H
     curves = [Curve(x=time, y=rate, label="horizontal rate so far", colour="z")]
-    ends = array(north["horizontal_interval"]) / DEG_H
-    if north["horizontal_rate"] is not None:
+    ends = array(north.horizontal_interval) / DEG_H
+    if north.horizontal.resolved:
         look: dict[str, Any] = {"colour": "ink", "style": "none", "marker": "diamond"}
-        at, y = array([frame[1] / 1.02]), array([north["horizontal_rate"]]) / DEG_H
-        label = f"result, {100 * north['confidence']:g} % interval"
+        at, y = array([frame[1] / 1.02]), array([north.horizontal_rate]) / DEG_H
+        label = f"result, {100 * north.confidence:g} % interval"
         curves.append(Curve(x=at, y=y, lower=ends[:1], upper=ends[1:], bars=True, label=label, **look))
     late = time >= _SETTLED * time[-1] if time.size else np.zeros(0, dtype=np.bool_)
     return Panel(

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
 
-``rate_vector``, ``filtered``, ``north``, ``calibration``, ``alignment``, ``plan``, ...
+``rate_vector``, ``filtered``, ``calibration``, ``alignment``, ``plan``, ...
     What the page of each result says, from its plain document; of a result that has a view, that says it.
 ``frame.html``
     How every page is laid out; ``sections.html`` fills it, ``page.css`` and ``page.js`` are put into it.
@@ -37,10 +37,8 @@ _HERE = Path(__file__).parent
 #: Format of a document -> the module that makes its page; results with a view stand in `allanite.views.registry`.
 _PAGES = {
     "allanite-rate-vector": "rate_vector",
-    "allanite-east-west-null": "null_test",
     "allanite-filtered": "filtered",
     "allanite-reference-aided": "filtered",
-    "allanite-north": "north",
     "allanite-rate-table": "rate_table",
     "allanite-alignment": "alignment",
     "allanite-calibration-estimate": "calibration",

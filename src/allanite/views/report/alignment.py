@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from allanite.experiments.north import Arc
 from allanite.views.blocks import (
     Details,
     Hero,
@@ -90,7 +91,7 @@ def _verdict(document: Json) -> list[PageBlock]:
         Hero(
             direction_words(last),
             f"heading of the {axis} axis, from north over east",
-            f"{percent} interval: {arcs_words([last['interval']])}",
+            f"{percent} interval: {arcs_words([Arc.from_json(last['interval'])])}",
             f"horizontal rate {rate.value} [{rate.range}]; expected {rate.expected}",
             tone(verdict),
         )
@@ -121,7 +122,7 @@ def _pictures(document: Json) -> list[PageBlock]:
             document,
             "The heading with the directions that the record does not contradict, and the horizontal rate beside that "
             "of the Earth.",
-            f"Compass: {direction_words(last)}, interval {arcs_words([last['interval']])}.",
+            f"Compass: {direction_words(last)}, interval {arcs_words([Arc.from_json(last['interval'])])}.",
             view="compass",
         ),
         *drawn(

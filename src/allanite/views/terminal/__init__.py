@@ -12,8 +12,6 @@ from allanite.views.terminal.exporting import show_consumers
 from allanite.views.terminal.measurements import (
     show_aided,
     show_filtered,
-    show_north,
-    show_null,
     show_plan,
     show_rate_vector,
 )
@@ -57,8 +55,6 @@ __all__ = [
     "show_interval_errors",
     "show_models",
     "show_monitor",
-    "show_north",
-    "show_null",
     "show_page",
     "show_plan",
     "show_position_plan",

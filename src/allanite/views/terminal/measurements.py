@@ -19,15 +19,10 @@ from allanite.views.terminal.parts import (
     say_verdict,
 )
 from allanite.views.wording import (
-    DEG_H,
     angle,
-    contradictions,
-    duration,
     filter_verdict,
-    findings_in,
     model_words,
     sentence,
-    with_sd,
 )
 
 if TYPE_CHECKING:
@@ -38,8 +33,6 @@ if TYPE_CHECKING:
 __all__ = [
     "show_aided",
     "show_filtered",
-    "show_north",
-    "show_null",
     "show_plan",
     "show_rate_vector",
 ]
@@ -94,70 +87,6 @@ def _left_out(out: Console, document: Json) -> None:
     if document["left_out"]:
         out.print(table)
         out.print()
-
-
-def show_null(document: Json, files: Sequence[object] = ()) -> None:
-    """Verdict, the bias that follows the turns, what it would do to an Earth rate, budget, checks and advice."""
-    from rich.text import Text
-
-    from allanite.views.wording import null_budget, null_words, number
-
-    out = console()
-    _contradictions(out, document)
-    say_verdict(out, document["verdict"], document["reason"])
-    value, ends, limit = null_words(document)
-    if value != "–":
-        table = table_of(("East and west", "deg/h", f"{100 * document['confidence']:g} % interval"))
-        table.add_row("bias that follows the turns", Text(value, "bold"), ends)
-        table.add_row("excluded beyond", limit, "")
-        table.add_row("of an Earth rate, at most", number(document["error_of_rate"] / DEG_H, 3), "")
-        out.print(table)
-        out.print()
-        _uncertainties(out, null_budget(document))
-        out.print()
-    say_checks(out, document["checks"])
-    say_advice(out, document["advice"])
-    level, sd = document["bias"]
-    say_facts(
-        out,
-        ("bias that stays", with_sd(level, sd, "deg/h", DEG_H)),
-        ("latitude", angle(document["latitude"])),
-        ("noise", f"{document['model_name']}: {model_words(document['model'])}"),
-    )
-    say_end(out, document, files)
-
-
-def show_north(document: Json, files: Sequence[object] = ()) -> None:
-    """Verdict, azimuth with its interval, the length of the vector, budget, checks and advice."""
-    from allanite.views.wording import (
-        angle_budget_lines,
-        arcs_words,
-        azimuth_words,
-        heading_words,
-        horizontal_words,
-        number,
-    )
-
-    out = console()
-    _contradictions(out, document)
-    say_verdict(out, document["verdict"], document["reason"])
-    percent = f"{100 * document['confidence']:g} % interval"
-    mark = ("azimuth of the mark", azimuth_words(document), arcs_words(document["interval"]), "")
-    rate = ("horizontal rate [deg/h]", *horizontal_words(document))
-    say_rows(out, ("", "Estimate", percent, "Expected"), [mark, rate])
-    say_rows(out, ("Standard uncertainty of the azimuth", "deg"), angle_budget_lines(document))
-    say_checks(out, document["checks"])
-    say_advice(out, document["advice"])
-    say_facts(
-        out,
-        ("axes", ", ".join(f"{name} at {angle(heading)}" for name, heading in document["axes"].items())),
-        *(("direction", words) for words in [heading_words(document)] if words),
-        ("signal to noise", number(document["signal_to_noise"], 3)),
-        ("latitude", angle(document["latitude"])),
-        ("length", f"{duration(document['duration'])}, in means over {duration(document['block'])}"),
-        *(("noise", f"{name}: {model_words(model)}") for name, model in document["models"].items()),
-    )
-    say_end(out, document, files)
 
 
 def show_plan(document: Json, files: Sequence[object] = ()) -> None:
@@ -228,16 +157,6 @@ def show_aided(document: Json, files: Sequence[object] = ()) -> None:
 
 
 # -- parts ------------------------------------------------------------------------------------------------
-
-
-def _contradictions(out: Console, document: Json) -> None:
-    """Before everything: a list of turns that is not that of the record makes nonsense of what follows."""
-    from rich.text import Text
-
-    for words in contradictions(findings_in(document)):
-        text = Text(f"Signal and list contradict each other: {words}")
-        text.stylize(TONES["fatal"], 0, len("Signal and list contradict each other"))
-        out.print(text)
 
 
 def _rates(out: Console, what: str, document: Json, lines: Iterable[EarthRateWording]) -> None:

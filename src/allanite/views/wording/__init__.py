@@ -11,7 +11,7 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``north``    directions
 ``redundancy``  combined sensors
 ``selection``  sets of terms
-``vector``   rate vector and null test
+``vector``   rate vector
 ``rate_table``  the response to a rate table
 ``alignment``  roll, pitch and heading
 ``spectrum``  densities and lines
@@ -72,13 +72,7 @@ from allanite.views.wording.findings import (
     worst,
 )
 from allanite.views.wording.floor import floor_lines
-from allanite.views.wording.north import (
-    angle_budget_lines,
-    arcs_words,
-    azimuth_words,
-    heading_words,
-    horizontal_words,
-)
+from allanite.views.wording.north import arcs_words, degrees_of
 from allanite.views.wording.position_plan import (
     parameter_unit,
     plan_facts,
@@ -179,8 +173,6 @@ from allanite.views.wording.vector import (
     latitude_words,
     left_out_lines,
     length_lines,
-    null_budget,
-    null_words,
     pose_words,
     used_words,
     vector_budget,
@@ -207,13 +199,11 @@ __all__ = [
     "aided_lines",
     "alignment_budget",
     "angle",
-    "angle_budget_lines",
     "arcs_words",
     "attitude_lines",
     "axes_words",
     "axis_facts",
     "axis_lines",
-    "azimuth_words",
     "bias_words",
     "bound_lines",
     "bound_words",
@@ -234,6 +224,7 @@ __all__ = [
     "combination_facts",
     "consistency_lines",
     "contradictions",
+    "degrees_of",
     "density_lines",
     "density_unit",
     "direction_words",
@@ -257,11 +248,9 @@ __all__ = [
     "goal_words",
     "groups",
     "growth_rows",
-    "heading_words",
     "headings",
     "headline",
     "horizontal_line",
-    "horizontal_words",
     "inflation_words",
     "interval",
     "is_poor",
@@ -276,8 +265,6 @@ __all__ = [
     "model_words",
     "movement",
     "naive_words",
-    "null_budget",
-    "null_words",
     "number",
     "output_unit",
     "pair_lines",

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
 
+from allanite.experiments.north import Arc
 from allanite.quantities.number_words import duration, interval, number
 from allanite.views.wording.north import arcs_words
 from allanite.views.wording.rates import DEG, DEG_H
@@ -72,7 +73,9 @@ def attitude_lines(document: Json) -> list[AngleLine]:
 def _heading(attitude: Json, name: str) -> AngleLine:
     axis = attitude["heading_axis"]
     words = name if axis == "forward" else f"{name}, of the {axis} axis"
-    return AngleLine(name=words, value=direction_words(attitude), range=arcs_words([attitude["interval"]]))
+    return AngleLine(
+        name=words, value=direction_words(attitude), range=arcs_words([Arc.from_json(attitude["interval"])])
+    )
 
 
 def _level(attitude: Json, name: str, z: float) -> AngleLine:

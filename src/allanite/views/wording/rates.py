@@ -58,10 +58,8 @@ DEG_H = DEG / 3600
 
 _TONES = {
     "resolved": "good",
-    "north found": "good",
     "bias not known": "warning",
     "consistent": "good",
-    "no bias that follows the turns": "good",
     "calibrated": "good",
     "sensors agree": "good",
     "the terms are clear": "good",
@@ -78,7 +76,6 @@ _TONES = {
     "inconsistent with Earth": "fatal",
     "not calibrated": "fatal",
     "does not meet the data sheet": "fatal",
-    "a bias follows the turns": "fatal",
 }
 _CONTRADICTIONS = ("turn_not_listed", "turn_not_seen")
 

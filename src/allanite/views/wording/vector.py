@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The rate vector and the null test in people's words."""
+"""The rate vector in people's words."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ __all__ = [
     "latitude_words",
     "left_out_lines",
     "length_lines",
-    "null_budget",
-    "null_words",
     "pose_words",
     "used_words",
     "vector_budget",
@@ -115,20 +113,3 @@ def vector_budget(document: Json) -> list[tuple[str, str, str]]:
     """Source, standard uncertainty, share; a resolution that is fine enough is no entry."""
     budget = {k: v for k, v in document["budget"].items() if v or k != "resolution"}
     return budget_lines(budget)
-
-
-# -- null test --------------------------------------------------------------------------------------------
-
-
-def null_words(document: Json) -> tuple[str, str, str]:
-    """Value, interval and limit of the bias that follows the turns, in deg/h."""
-    if document["value"] is None or None in document["interval"]:
-        return "–", "", "–"
-    value, low, high = (v / DEG_H for v in (document["value"], *document["interval"]))
-    middle, lower, upper = interval(value, low, high)
-    return middle, f"[{lower}, {upper}]", number(document["limit"] / DEG_H, 3)
-
-
-def null_budget(document: Json) -> list[tuple[str, str, str]]:
-    """Source, standard uncertainty, share of the Earth rate."""
-    return budget_lines(document["budget"])

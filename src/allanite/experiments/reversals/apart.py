@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Positions that were recorded one by one: where the time between them comes from, and what else was not told."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from allanite.quantities.earlier_documents import first_match
+from allanite.quantities.result import Result
+
+__all__ = ["PositionsApart", "apart_of_sentences"]
+
+_TOLD = re.compile(r"the time between the (?:positions is that of the (table)|files is that of their stamps)")
+_ASSUMED = re.compile(r"the (?:files|(rows)) do not say when they were \w+: (\S+) s are assumed between them")
+_LEAST = re.compile(r"slow noise is allowed (\S+) s between rows at least")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PositionsApart(Result):
+    """Positions in files or in rows of a table, one by one.
+
+    Attributes
+    ----------
+    rows : bool
+        Rows of means in a table; else files.
+    assumed : float or None [s]
+        Time from one to the next where they do not tell it; None where they do.
+    least : float or None [s]
+        Of rows: what slow noise is allowed between two at least, where less time is between some.
+    sd_ignored : bool
+        The table has standard deviations, and the noise is that of the model.
+    """
+
+    rows: bool = False
+    assumed: float | None = None
+    least: float | None = None
+    sd_ignored: bool = False
+
+    @property
+    def says(self) -> tuple[str, ...]:
+        """Where the time between them comes from, and what was not used."""
+        return tuple(self._sentences())
+
+    def _sentences(self) -> Iterator[str]:
+        what, when = ("rows", "taken") if self.rows else ("files", "recorded")
+        time = (
+            "the time between the positions is that of the table"
+            if self.rows
+            else "the time between the files is that of their stamps"
+        )
+        if self.assumed is not None:
+            between = f"{self.assumed:g} s are assumed between them (--between)"
+            time = f"the {what} do not say when they were {when}: {between}"
+        if self.least is not None:
+            time += f"; slow noise is allowed {self.least:g} s between rows at least, as long as a mean"
+        yield time
+        if self.sd_ignored:
+            yield "the noise is that of the model: standard deviations in the table are not used"
+
+
+def apart_of_sentences(advice: Sequence[str]) -> dict[str, object] | None:
+    """The same, as plain data, of what a document of version 1 says; None where it says nothing of the kind."""
+    known, assumed = (first_match(pattern, advice) for pattern in (_TOLD, _ASSUMED))
+    time = assumed or known
+    if time is None:
+        return None
+    least = first_match(_LEAST, advice)
+    return {
+        "rows": bool(time[1]),
+        "assumed": None if assumed is None else float(assumed[2]),
+        "least": None if least is None else float(least[1]),
+        "sd_ignored": any("standard deviations in the table are not used" in words for words in advice),
+    }

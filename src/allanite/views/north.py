@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a search for north says: its verdict, the azimuth, the horizontal rate, and what speaks against them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from allanite.experiments.north import NorthEstimate
+from allanite.quantities.earth import DEG_H
+from allanite.quantities.number_words import duration, interval, number, with_sd
+from allanite.study.result_document import ResultDocument
+from allanite.views.blocks import Hero, Page, PageBlock, References, Text, drawn, equation, pairs, table
+from allanite.views.rates import ROSENBERG, angle_budget, checks_table, contradiction_banners
+from allanite.views.result_page import advice, findings_of, result_page, verdict_banner
+from allanite.views.wording import angle, arcs_words, check_wordings, degrees_of, model_words, sentence
+
+__all__ = ["view"]
+
+
+def view(document: ResultDocument[NorthEstimate]) -> Page:
+    """The page of a search for north."""
+    result = document.result
+    axes = ", ".join(f"{name} at {angle(heading)}" for name, heading in result.axes.items())
+    return result_page(
+        document,
+        title=result.source or "North",
+        kicker="North from the Earth's rotation",
+        facts=[
+            ("Axes", axes),
+            ("Length", duration(result.duration)),
+            ("Positions", _positions(result)),
+            ("Latitude", angle(result.latitude)),
+        ],
+        sections={
+            "verdict": ("Verdict", [*_verdict(document)]),
+            "pictures": ("Pictures", [*_pictures(result)]),
+            "checks": ("Checks", [*_checks(result)]),
+            "findings": ("Findings", findings_of(document)),
+            "record": ("Record", [_record(result, axes)]),
+            "method": ("Method", _method()),
+        },
+    )
+
+
+def _positions(result: NorthEstimate) -> str:
+    if result.rotation is not None:
+        return "turning all the time"
+    return str(len(result.reversals.positions)) if result.reversals else ""
+
+
+def _verdict(document: ResultDocument[NorthEstimate]) -> Iterator[PageBlock]:
+    result = document.result
+    yield from contradiction_banners(document.findings or ())
+    yield verdict_banner(result.verdict, result.reason)
+    yield from advice(words for words in result.advice if words not in result.reason)
+    percent, azimuth, arcs = (
+        f"{100 * result.confidence:g} % interval",
+        _azimuth(result),
+        arcs_words(result.interval),
+    )
+    rate, ends, expected = _horizontal(result)
+    yield Hero(
+        azimuth,
+        "azimuth of the mark, from north over east",
+        f"{percent}: {arcs}",
+        f"horizontal rate {rate} deg/h {ends}; expected {expected}",
+        result.verdict.tone,
+    )
+    lines = [("Azimuth of the mark", azimuth, arcs, ""), ("Horizontal rate [deg/h]", rate, ends, expected)]
+    yield from table(("", "Estimate", percent, "Expected"), lines)
+    yield from angle_budget(result.budget, "azimuth")
+    if mirrored := _mirrored(result):
+        yield Text(sentence(mirrored), note=True, brief=True)
+
+
+def _azimuth(result: NorthEstimate) -> str:
+    """The azimuth with the digits that its standard deviation allows; candidates where there are two."""
+    sd = result.total_sd if math.isfinite(result.total_sd) else 0.0
+    directions = result.candidates if math.isnan(result.azimuth) else (result.azimuth,)
+    return " or ".join(degrees_of(direction, sd) for direction in directions) or "–"
+
+
+def _horizontal(result: NorthEstimate) -> tuple[str, str, str]:
+    """The horizontal rate, its interval and the expected rate in deg/h; a dash where one component alone is seen."""
+    rate, expected = result.horizontal, number(result.expected_rate / DEG_H, 4)
+    if not rate.resolved:
+        return "–", "not bounded: not both components are seen", expected
+    middle, lower, upper = interval(*(v / DEG_H for v in (rate.value, rate.lower, rate.upper)))
+    return middle, f"[{lower}, {upper}]", expected
+
+
+def _mirrored(result: NorthEstimate) -> str:
+    """Which way headings count, where nothing but that tells an azimuth from its mirror image.
+
+    A second axis would contradict headings that count the other way round; one axis fits either way.
+    """
+    if len(result.axes) > 1:
+        return ""
+    what = "headings count" if result.rotation is None else "the rotation counts"
+    return f"{what} clockwise seen from above; counted the other way the azimuth comes out mirrored"
+
+
+def _pictures(result: NorthEstimate) -> Iterator[PageBlock]:
+    compass = f"Compass: {_azimuth(result)}, interval {arcs_words(result.interval)}."
+    pictures = (
+        ("compass", "The azimuth with the directions that the record does not contradict.", compass),
+        ("running", "The azimuth as the record grows.", "Running estimate of the azimuth."),
+    )
+    for name, caption, words in pictures:
+        yield from drawn(name, result, caption, words, view=name)
+
+
+def _checks(result: NorthEstimate) -> Iterator[PageBlock]:
+    yield from checks_table(check_wordings(result.checks))
+    yield pairs([(f"Bias of {name}", with_sd(*bias, "deg/h", DEG_H)) for name, bias in result.biases.items()])
+
+
+def _record(result: NorthEstimate, axes: str) -> PageBlock:
+    return pairs(
+        [
+            ("Axes", axes),
+            ("Signal to noise", number(result.signal_to_noise, 3)),
+            ("Latitude", angle(result.latitude)),
+            ("Length", f"{duration(result.duration)}, in means over {duration(result.block)}"),
+            *((f"Noise of {name}", model_words(model)) for name, model in result.models.items()),
+        ]
+    )
+
+
+def _method() -> list[PageBlock]:
+    return [
+        Text(
+            "Axis i, at the heading α from the mark, sees the horizontal part of the Earth's rotation at azimuth ψ:"
+        ),
+        *equation("north"),
+        Text(
+            "The two components of that vector and the bias of each axis are fitted by generalized least squares in "
+            "the noise of the model. The length of the vector is not taken from the latitude: that it agrees is a "
+            "check. A direction is not a number on a line: the interval may wrap, and it is the whole circle where no "
+            "signal is seen."
+        ),
+        *equation("least_squares"),
+        References([ROSENBERG]),
+    ]

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Documents of every measurement with a view: those of version 1 say what they said, and come back as they were."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from allanite.errors import FormatError
+from allanite.views.plain_page import plain_page
+from allanite.views.registry import document_of
+from allanite.views.report import html_of
+
+OLD = Path(__file__).parent / "documents"
+NAMES = sorted(path.stem for path in OLD.glob("*-1-*.json"))
+FORMATS = sorted({name.partition("-1-")[0] for name in NAMES})
+#: Parts with sentences of their own: why a stretch counts as a turn, findings, and where the document comes from.
+ELSEWHERE = ("reversals", "findings", "provenance", "recording")
+#: Codes of several words, "a bias follows the turns" the longest but one.
+LONGEST = 5
+
+
+def old(name: str) -> dict[str, Any]:
+    return json.loads((OLD / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def texts(value: Any) -> Iterator[str]:
+    """All texts in a document."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for part in value.values():
+            yield from texts(part)
+    elif isinstance(value, list):
+        for part in value:
+            yield from texts(part)
+
+
+def said(result: Any) -> dict[str, Any]:
+    """What a result says in words, by the keys of version 1."""
+    names = ("verdict", "reason", "advice", "notes", "statement")
+    known = {name: getattr(result, name) for name in names if hasattr(result, name)}
+    checks = [[c.name, c.says, c.passed, c.p] for c in result.checks]
+    return json.loads(json.dumps({**known, "checks": checks}))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_version_1_says_what_it_said(name: str) -> None:
+    before = old(name)
+    checks = [[c["name"], c["says"], c["passed"], c["p"]] for c in before["checks"]]
+    after = said(document_of(before).result)
+    assert after == {**{key: before[key] for key in after}, "checks": checks}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_document_comes_back_as_it_was(name: str) -> None:
+    document = document_of(old(name))
+    data = json.loads(json.dumps(document.to_json(), allow_nan=False))
+    again = document_of(data)
+    assert data["version"] == document.result.VERSION == 2
+    assert json.loads(json.dumps(again.to_json(), allow_nan=False)) == data
+    assert said(again.result) == said(document.result)
+    assert type(again.result.verdict) is type(document.result.verdict) and hasattr(
+        again.result.verdict, "tone"
+    )
+    assert plain_page(data) == plain_page(old(name))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_sentence_is_in_a_document(name: str) -> None:
+    data = document_of(old(name)).to_json()
+    for part in ELSEWHERE:
+        data.pop(part, None)
+    assert max((text.count(" ") for text in texts(data)), default=0) <= LONGEST
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_report_shows_a_document_of_a_command_with_its_origin(kind: str) -> None:
+    name = next(n for n in NAMES if n.startswith(f"{kind}-1-command"))
+    document = old(name)
+    page = html_of(document)
+    made = document["provenance"]
+    assert made["command"] in page and (made["sha256"] or "") in page
+    assert document_of(document).findings is not None
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"version": 3}, r"version 3 of allanite-{}; this allanite reads up to version 2"),
+        ({"verdict": "fine"}, r"allanite-{}\.verdict: one of .* is expected, not 'fine'"),
+        ({"checks": [{"kind": "size"}]}, r"allanite-{}\.checks\[0\]\.statistic is missing"),
+    ],
+)
+def test_a_damaged_document_is_refused_with_its_place(kind: str, change: dict[str, Any], words: str) -> None:
+    name = next(n for n in NAMES if n.startswith(f"{kind}-1-"))
+    data = {**document_of(old(name)).to_json(), **change}
+    with pytest.raises(FormatError, match=words.format(kind)):
+        document_of(data)
