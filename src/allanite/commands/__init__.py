@@ -20,7 +20,6 @@ _HOMES = {
     "plan_of": "earth",
     "read_part": "recordings",
     "selection_of": "selection",
-    "spectra_of": "spectrum",
     "write_measurement": "measurement",
     "write_results": "study",
 }

@@ -161,13 +161,12 @@ class Command:
         made = {file: [*rows(measured.result)] for file, rows in tables.items()}
         return replace(measured, tables={**measured.tables, **made})
 
-    def _by_work(
-        self, log: Place | Sequence[Place], *, model: Place | None, source: str | None, **options: object
-    ) -> MeasurementResult:
+    def _by_work(self, log: Place | Sequence[Place], **options: object) -> MeasurementResult:
+        """What the work does not take is left out."""
         work: Callable[..., MeasurementResult] = _loaded(self.work)
-        if any(o.python == "model" for o in self.options):
-            options["model"] = model
-        return work(log, **options, **({"source": source} if self.takes == "recording" else {}))
+        declared = {o.python for o in self.options} | ({"source"} if self.takes == "recording" else set())
+        left_out = {"accept", "model", "source"} - declared
+        return work(log, **{name: value for name, value in options.items() if name not in left_out})
 
     def _by_run(
         self,

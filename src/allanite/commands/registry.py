@@ -13,6 +13,7 @@ from allanite.commands.declaration import Command, Place
 from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.environment import ENVIRONMENT
 from allanite.commands.north import NORTH
+from allanite.commands.spectrum import SPECTRUM
 from allanite.commands.variation import VARIATION
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ COMMANDS: Mapping[str, Command] = {
     command.name: command
     for command in (
         CHARACTERIZE,
+        SPECTRUM,
         VARIATION,
         COMPARE,
         COMMON,

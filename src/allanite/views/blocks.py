@@ -96,10 +96,11 @@ class Text(PageBlock):
 
 @dataclass(frozen=True, slots=True)
 class Subheading(PageBlock):
-    """A heading within a section."""
+    """A heading within a section. A terminal shows those that are `brief`."""
 
     kind = "heading"
     text: str
+    brief: bool = False
 
 
 @dataclass(frozen=True, slots=True)

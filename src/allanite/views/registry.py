@@ -22,6 +22,7 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
         "allanite.views.comparison",
     ),
     "allanite-environment": ("allanite.stability.environment", "Environment", "allanite.views.environment"),
+    "allanite-spectrum": ("allanite.fitting.spectral.spectra", "Spectra", "allanite.views.spectrum"),
     "allanite-separation": ("allanite.stability.shared_noise", "Separation", "allanite.views.shared_noise"),
     "allanite-earth-rate": (
         "allanite.experiments.earth_rate",

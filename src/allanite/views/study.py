@@ -43,6 +43,7 @@ from allanite.views.environment import (
 from allanite.views.figures.curves import STATISTICS
 from allanite.views.pieces import finding_row
 from allanite.views.result_page import advice, result_page
+from allanite.views.spectrum import LINE_HEADS, line_rows
 from allanite.views.wording import (
     EQUIVALENT,
     GUARANTEE,
@@ -55,7 +56,6 @@ from allanite.views.wording import (
     floor_lines,
     groups,
     is_poor,
-    line_lines,
     missing_lines,
     number,
     probability,
@@ -451,11 +451,8 @@ def _spectra(study: Study) -> Iterator[PageBlock]:
             view="spectrum",
             channels=names,
         )
-        rows = [
-            (c.name, *row) for c in group.channels for row in line_lines(c.kind, c.unit, c.spectrum.lines)
-        ]
-        heads = ("Channel", "Line", "Amplitude", "Chance", "Through the record")
-        yield from table(heads, rows, caption=_LINES, brief=False)
+        rows = [row for c in group.channels for row in line_rows(c.name, c.kind, c.unit, c.spectrum.lines)]
+        yield from table(LINE_HEADS, rows, caption=_LINES, brief=False)
 
 
 def _method(study: Study) -> Iterator[PageBlock]:

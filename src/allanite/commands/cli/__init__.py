@@ -10,7 +10,6 @@ the commands, so that help is quick. One module for each family of commands; imp
 from allanite.commands.cli import declared
 from allanite.commands.cli import noise
 from allanite.commands.cli import selection
-from allanite.commands.cli import spectrum
 from allanite.commands.cli import files
 from allanite.commands.cli import filtering
 from allanite.commands.cli import earth
@@ -57,5 +56,4 @@ __all__ = [
     "redundancy",
     "selection",
     "serve",
-    "spectrum",
 ]

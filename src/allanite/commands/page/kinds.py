@@ -8,11 +8,11 @@ a kind: one entry here.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal
 
 from allanite.commands.declaration import Command
-from allanite.commands.option import ACCEPT, CONFIDENCE, LATITUDE, MODEL, SETUP, Option, option
+from allanite.commands.option import ACCEPT, LATITUDE, SETUP, Option, option
 from allanite.commands.page.options import Spelt, code_of, described
 from allanite.commands.registry import COMMANDS
 
@@ -200,29 +200,6 @@ KINDS: Mapping[str, JobKind] = {
         lines=_fit_lines,
         out="--output",
         results=("models.json",),
-    ),
-    "spectrum": JobKind(
-        title="Power spectral density",
-        command="spectrum",
-        takes="recording",
-        options={
-            "model": MODEL,
-            "method": option(
-                "choice", "--method", "Logarithmic bins or Welch segments.", choices=("log", "welch"),
-                inside="estimate", default="log",
-            ),
-            "segment": option("seconds", "--segment", "Length of the Welch segments.", inside="estimate"),
-            "window": option(
-                "choice", "--window", "Window of the Welch segments.", choices=("hann", "blackman", "blackman-harris"),
-                inside="estimate", default="hann",
-            ),
-            "overlap": option("number", "--overlap", "Overlap of the Welch segments: 0.5.",
-                inside="estimate", default=0.5),
-            "confidence": replace(CONFIDENCE, inside="estimate"),
-        },
-        lines=_measured_lines,
-        function="spectra_of",
-        results=("spectrum.json",),
     ),
     **{name: _declared(command) for name, command in COMMANDS.items()},
     "select": JobKind(

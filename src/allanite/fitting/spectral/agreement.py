@@ -27,6 +27,7 @@ from allanite.fitting.spectral.profile import deviations
 from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, TermType, White
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
+from allanite.quantities.result import Result
 
 __all__ = ["Disagreement", "Parted", "disagreement"]
 
@@ -48,14 +49,15 @@ _SYMBOL = {"G": "sigma"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parted:
+class Parted(Result):
     """A parameter that the two fits do not agree on.
 
     Attributes
     ----------
     symbol : str
-    lags, frequencies : float
-        The two estimates, SI.
+        Its name.
+    lags, frequencies : float [SI]
+        The two estimates.
     """
 
     symbol: str
@@ -64,7 +66,7 @@ class Parted:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Disagreement:
+class Disagreement(Result):
     """Where a model of the curve and the spectrum part.
 
     Attributes
@@ -76,6 +78,7 @@ class Disagreement:
     ratio : float
         Density of that band over the model's.
     parameters : tuple of Parted
+        Those that the two fits do not agree on.
     whole : bool
         The spectrum is unlike the model, apart from any parameter.
     """

@@ -196,27 +196,25 @@ def _recording(recording: Any, *, channels: Sequence[str] | None = None, turns: 
 def _spectrum(
     spectrum: Any, *, kind: str = "unknown", unit: str = "SI unit", model: Any = None, view: str = "whole"
 ) -> Sheet:
-    channel = {
-        "name": spectrum.channel,
-        "kind": kind if model is None else model.kind,
-        "unit": unit,
-        "spectrum": spectrum.to_json(),
-        "model": None if model is None else model.to_json(),
-    }
-    return _spectra({"channels": [channel]}, view=view)
+    from allanite.fitting.spectral.spectra import ChannelSpectrum, Spectra
+
+    kind = kind if model is None else model.kind
+    channel = ChannelSpectrum(name=spectrum.channel, kind=kind, unit=unit, spectrum=spectrum, model=model)
+    return _spectra(Spectra(channels=(channel,)), view=view)
 
 
-def _spectra(document: Json, *, channel: str | None = None, view: str = "whole") -> Sheet:
+def _spectra(given: Any, *, channel: str | None = None, view: str = "whole") -> Sheet:
+    from allanite.fitting.spectral.spectra import Spectra
     from allanite.views.figures import spectra
 
     _known_view(view, spectra.VIEWS, "a spectrum")
-    chosen = _chosen(document["channels"], None if channel is None else [channel])
+    result: Spectra = Spectra.from_json(given) if isinstance(given, Mapping) else given
     panels: list[Panel] = []
-    for one in chosen:
+    for one in result.channels if channel is None else [result[channel]]:
         if view in ("whole", "density"):
             panels.append(spectra.spectrum_panel(one))
-        if view in ("whole", "ratio") and one.get("model"):
-            panels.append(spectra.ratio_panel(one))
+        if view in ("whole", "ratio") and one.expected is not None:
+            panels.append(spectra.ratio_panel(one, one.expected))
     if not panels:
         raise InputError("the ratio to a model needs a model")
     return _column(panels)
@@ -593,6 +591,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("OverFloor"), _over_floor),
     (_named("Recording"), _recording),
     (_named("Spectrum"), _spectrum),
+    (_named("Spectra"), _spectra),
     (_named("Reversals"), _reversals),
     (_named("EarthRateEstimate"), _earth_rate),
     (_named("RateVector"), _rate_vector),

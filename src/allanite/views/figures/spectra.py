@@ -13,17 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.fitting.spectral.spectra import ChannelSpectrum
 from allanite.noise import BY_LETTER, NoiseModel, TermType
 from allanite.noise.spectrum import Spectrum
 from allanite.quantities.display_units import display_unit
 from allanite.study.results import ChannelStudy
 from allanite.views.figures.curves import series_colours
 from allanite.views.figures.panel import Axis, Curve, Label, Panel, positive_range
-from allanite.views.wording import ChannelGroup, density_unit
+from allanite.views.wording import ChannelGroup
 
 __all__ = ["VIEWS", "group_spectrum_panel", "ratio_panel", "spectrum_panel"]
 
-Json = Mapping[str, Any]
 Array = NDArray[np.float64]
 
 VIEWS = ("whole", "density", "ratio")
@@ -53,42 +53,40 @@ def group_spectrum_panel(group: ChannelGroup[ChannelStudy]) -> Panel:
     return _panel(group.title, unit, (*curves, *lines), tuple(_merged(labels)))
 
 
-def spectrum_panel(channel: Json) -> Panel:
-    """One channel with "name", "kind", "unit", "spectrum" and "model" (or null): the model with its terms over it."""
-    unit, factor = density_unit(channel["kind"], channel.get("unit") or "")
-    facts = Spectrum.from_json(channel["spectrum"])
-    curve = _density(facts, channel["name"], factor, series_colours([channel["name"]])[0][0], band=True)
+def spectrum_panel(channel: ChannelSpectrum) -> Panel:
+    """One channel, the model with its terms over it."""
+    unit, factor = display_unit(channel.kind, "N", channel.unit)
+    facts, model = channel.spectrum, channel.model
+    curve = _density(facts, channel.name, factor, series_colours([channel.name])[0][0], band=True)
     lines: list[Curve] = []
-    if channel.get("model"):
-        model = NoiseModel.from_json(channel["model"])
+    if model is not None:
         lines = [_model_line(facts, model, factor, "model")]
         lines += [_term_line(facts, term, factor) for term in _dense(model.terms)]
-    return _panel(channel["name"], unit, (curve, *lines), tuple(_labels(facts, curve, curve.colour)))
+    return _panel(channel.name, unit, (curve, *lines), tuple(_labels(facts, curve, curve.colour)))
 
 
-def ratio_panel(channel: Json) -> Panel:
+def ratio_panel(channel: ChannelSpectrum, expected: Array) -> Panel:
     """Density over that of the model, with its interval: 1 within the band where they agree."""
-    facts = Spectrum.from_json(channel["spectrum"])
-    expected = facts.expected(NoiseModel.from_json(channel["model"]))
+    facts = channel.spectrum
     good = expected > 0
     f = facts.frequency[good]
     density, lower, upper = (
         part[good] / expected[good] for part in (facts.density, facts.lower, facts.upper)
     )
-    colour = series_colours([channel["name"]])[0][0]
+    colour = series_colours([channel.name])[0][0]
     measured = Curve(
         x=f,
         y=density,
         lower=lower,
         upper=upper,
-        label=channel["name"],
+        label=channel.name,
         colour=colour,
         band_label=_level(facts),
     )
     one = Curve(x=f, y=np.ones(len(f)), label="model", colour="model", style="dashed")
     low, high = positive_range(lower, upper)
     return Panel(
-        title=f"{channel['name']}: density over the model's",
+        title=f"{channel.name}: density over the model's",
         x=_frequency_axis(f),
         y=Axis(
             label="Density over the model's", log=True, limits=(max(low, 0.05) / 1.1, min(high, 20.0) * 1.1)

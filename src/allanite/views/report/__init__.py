@@ -50,7 +50,6 @@ _PAGES = {
     "allanite-datasheet": "datasheet",
     "allanite-difference": "difference",
     "allanite-overbound": "datasheet",
-    "allanite-spectrum": "spectrum",
 }
 #: Results whose plain document does not name its format.
 _FORMATS = {"Filtered": "allanite-filtered", "ReferenceAided": "allanite-reference-aided"}

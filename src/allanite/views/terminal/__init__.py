@@ -22,7 +22,6 @@ from allanite.views.terminal.rate_table import show_rate_table
 from allanite.views.terminal.recovery import show_compaction, show_recovery
 from allanite.views.terminal.redundancy import show_combination
 from allanite.views.terminal.selection import show_selection
-from allanite.views.terminal.spectrum import show_spectrum
 from allanite.views.terminal.study import (
     show_curve,
     show_findings,
@@ -63,5 +62,4 @@ __all__ = [
     "show_recording",
     "show_recovery",
     "show_selection",
-    "show_spectrum",
 ]

@@ -18,6 +18,7 @@ from allanite.views.blocks import (
     Page,
     PageBlock,
     Pairs,
+    Subheading,
     TableBlock,
 )
 from allanite.views.blocks import Text as PlainText
@@ -109,6 +110,8 @@ def _show(out: Console, block: PageBlock, style: TerminalStyle) -> None:
         case PlainText(words, brief=brief, detail=detail) if brief or (detail and style.details):
             out.print(words)
             out.print()
+        case Subheading(words, brief=True):
+            out.print(words, style="bold")
         case Bullets(items, brief=True):
             for words in items:
                 say_indented(out, f"→ {words}")

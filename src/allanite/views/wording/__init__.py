@@ -14,7 +14,6 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``vector``   rate vector
 ``rate_table``  the response to a rate table
 ``alignment``  roll, pitch and heading
-``spectrum``  densities and lines
 ``datasheet``  statements of a data sheet, and bounds above a model
 ``difference``  two noise models side by side
 ``dead_reckoning``  errors of a navigator over time
@@ -137,13 +136,6 @@ from allanite.views.wording.selection import (
     term_lines,
     weight_words,
 )
-from allanite.views.wording.spectrum import (
-    density_lines,
-    density_unit,
-    line_lines,
-    spectral_agreement,
-    spectrum_facts,
-)
 from allanite.views.wording.study import (
     COLUMNS,
     EQUIVALENT,
@@ -225,8 +217,6 @@ __all__ = [
     "consistency_lines",
     "contradictions",
     "degrees_of",
-    "density_lines",
-    "density_unit",
     "direction_words",
     "drift_lines",
     "drift_unit",
@@ -260,7 +250,6 @@ __all__ = [
     "latitude_words",
     "left_out_lines",
     "length_lines",
-    "line_lines",
     "missing_lines",
     "model_words",
     "movement",
@@ -302,8 +291,6 @@ __all__ = [
     "signed",
     "slope_reading",
     "source_rows",
-    "spectral_agreement",
-    "spectrum_facts",
     "stand_words",
     "standing_words",
     "statement_lines",
