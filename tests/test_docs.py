@@ -232,7 +232,9 @@ or stdout.
 | exit code | meaning | |
 | --- | --- | --- |
 """
-    head += "".join(f"| {code} | {means} | {more} |\n" for code, (means, more) in EXIT_CODES.items())
+    for code, (means, more) in EXIT_CODES.items():
+        escaped = more.replace("|", "\\|")
+        head += f"| {code} | {means} | {escaped} |\n"
     names = [
         words
         for name, found in cli.commands.items()

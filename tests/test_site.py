@@ -77,6 +77,13 @@ def test_broken_links_are_noticed(tmp_path: Path) -> None:
     assert list(broken(tmp_path / "other.md")) == ["gone.md: no such file", "page.md#two: no such heading"]
 
 
+@pytest.mark.parametrize("page", DOCUMENTS, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_tables_have_rows_of_one_length(page: Path) -> None:
+    """A bar in a cell, in code too, begins another cell unless it is escaped."""
+    for table in re.findall(r"(?:^\|.*\|\n)+", prose(page), re.M):
+        assert len({len(re.findall(r"(?<!\\)\|", row)) for row in table.splitlines()}) == 1, table
+
+
 def test_every_document_is_the_child_of_one_page() -> None:
     parents = Counter(name for page in DOCUMENTS for _, name in children(text_of(page), name_of(page)))
     expected = {name_of(page) for page in DOCUMENTS} - {"docs/index"}

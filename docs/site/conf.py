@@ -6,6 +6,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from numpydoc.xref import DEFAULT_LINKS
 from sphinx.application import Sphinx
 
 SITE = Path(__file__).resolve().parent
@@ -13,7 +14,7 @@ ROOT = SITE.parent.parent
 sys.path.insert(0, str(SITE))
 
 from cards import PAGES, for_sphinx  # noqa: E402
-from python_pages import index_page, write_pages  # noqa: E402
+from python_pages import MODULES, index_page, names_of, write_pages  # noqa: E402
 
 import allanite  # noqa: E402
 
@@ -37,11 +38,14 @@ myst_fence_as_directive = ["math"]  # as GitHub draws it
 myst_heading_anchors = 6  # anchors as GitHub makes them
 
 autodoc_member_order = "bysource"
-autodoc_typehints_format = "short"
-python_use_unqualified_type_names = True
+autodoc_typehints = "none"  # they stand in the docstrings, in words
 python_maximum_signature_line_length = 88
 toc_object_entries_show_parents = "hide"
 numpydoc_show_class_members = False
+numpydoc_xref_param_type = True
+DEFAULT_LINKS.clear()  # to the pages of Python and NumPy, which are elsewhere
+numpydoc_xref_aliases = {name: f"{module}.{name}" for module in MODULES for name in names_of(module)}
+numpydoc_xref_ignore = "all"  # but these
 
 copybutton_prompt_text = "$ "
 copybutton_line_continuation_character = "\\"

@@ -13,7 +13,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["index_page", "topics", "write_pages"]
+__all__ = ["MODULES", "index_page", "names_of", "topics", "write_pages"]
+
+#: A name that several have is that of the last.
+MODULES = ("allanite.compat", "allanite.instruments", "allanite")
 
 _SECTION = re.compile(r"^## (?P<name>\S+)\n\n(?P<summary>.*)$", re.M)
 _ROW = re.compile(r"^\| (?P<topic>\S.*?) \| (?P<links>\[`.*) \|$", re.M)
@@ -30,6 +33,11 @@ class Topic(NamedTuple):
     def file(self) -> str:
         """Name of its page, without a suffix."""
         return re.sub(r"\W+", "-", self.title.lower()).removeprefix("allanite-")
+
+
+def names_of(module: str) -> list[str]:
+    """The public names of a module."""
+    return list(importlib.import_module(module).__all__)
 
 
 def topics(text: str) -> Iterator[Topic]:
