@@ -24,6 +24,7 @@ from allanite.commands.page.attached import Named
 from allanite.commands.page.server import address_of
 from allanite.commands.page.settings import RESULTS
 from allanite.commands.study import write_results
+from allanite.errors import AllaniteError
 from allanite.files.recording_file import write_recording
 from allanite.recording.records import Recording
 from page_client import served as serving
@@ -42,12 +43,14 @@ TABLE = Named(kind="serial", name="/dev/zero", title="unit on the table", format
 
 
 def imu_log(path: Path, *, units: bool = True, n: int = 1500) -> Path:
-    """A log of six axes at 50 Hz; without units and time where that is asked for."""
+    """A log of six axes at 50 Hz; in counts, without units and time, where that is asked for."""
     rng = np.random.default_rng(4)
     table = np.column_stack([rng.standard_normal((n, 3)) * 0.04, rng.standard_normal((n, 3)) * 0.01])
     table[:, 5] += 9.81
     if units:
         table = np.column_stack([np.arange(n) / 50.0, table])
+    else:
+        table = np.round(table * np.repeat([131.0, 16384 / 9.80665], 3))
     axes = [f"{kind}_{axis}" for kind in ("gyro", "acc") for axis in "xyz"]
     suffix = {"gyro": "_deg_s", "acc": "_m_s2"} if units else {"gyro": "", "acc": ""}
     names = ["time_s"] * units + [f"{a}{suffix[a[:-2]]}" for a in axes]
@@ -91,6 +94,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
     columns = "  columns:\n    - {name: gyro_z, column: 0, unit: deg/s}\n"
     (folder / "x1.yaml").write_text(f"model: X1\nrate: 100\nlines:\n{columns}")
     rows = "".join(f"{i / 10},{i % 7}\n" for i in range(300))
+    (folder / "broken.parquet").write_bytes(b"PAR1" + bytes(400))
     (folder / f"{EVIL}.csv").write_text(f"time_s,{EVIL_NAME}\n{rows}")
     return folder
 
@@ -134,7 +138,7 @@ def complaining(view: Any, own: str) -> list[str]:
 def window(chromium: Any, served: tuple[str, Path]) -> Iterator[Any]:
     """The window, and its complaints."""
     address, _ = served
-    context = chromium.new_context(viewport={"width": 1280, "height": 900})
+    context = chromium.new_context(viewport={"width": 1280, "height": 800})
     context.set_default_timeout(PATIENCE)
     opened = context.new_page()
     complaints = complaining(opened, address.split("?")[0])
@@ -248,7 +252,7 @@ def band(page: Any, plot: Any) -> tuple[float, float]:
 def test_from_a_dropped_log_to_imu_yaml_in_two_clicks(
     page: Any, served: tuple[str, Path], tmp_path: Path
 ) -> None:
-    """And no click more; then other units, terms off, and a refit by pointing at the curve."""
+    """And no click more, nor any scrolling; then other units, terms off, and a refit by pointing at the curve."""
     page.evaluate(
         "() => { window.clicks = 0; addEventListener('click', (e) => (window.clicks += e.isTrusted), true); }"
     )
@@ -264,11 +268,23 @@ def test_from_a_dropped_log_to_imu_yaml_in_two_clicks(
     )
     page.locator(SERIES).wait_for()
     assert "token" not in page.url
-    page.get_by_role("button", name="Characterize", exact=True).click()
-    page.locator(STUDY).wait_for()
+    button = page.get_by_role("button", name="Characterize", exact=True)
+    assert on_screen(button)
+    page.mouse.click(*middle(button))
+    page.get_by_role("main").locator(".job-step", has_text=re.compile(r"\w")).wait_for()  # at once
+    page.locator(".study table").nth(1).wait_for()
+    # What one sees now: the verdict, all axes, and the button.
+    verdict = page.get_by_role("region", name="Verdict")
+    assert on_screen(verdict.locator(".banner").first)
+    rows = verdict.locator("tbody tr")
+    assert rows.locator("th").all_text_contents() == [f"{k}_{a}" for k in ("gyro", "acc") for a in "xyz"]
+    assert all(on_screen(row) for row in rows.all())
+    button = page.get_by_role("button", name="imu.yaml")
+    assert on_screen(button)
     with page.expect_download() as caught:
-        page.get_by_role("button", name="imu.yaml").click()
-    assert page.evaluate("window.clicks") <= 5
+        page.mouse.click(*middle(button))
+    assert page.evaluate("window.clicks") == 2
+    page.locator(STUDY).wait_for()
     written = Path(caught.value.path()).read_text()
     own = result_of(page, served[1], "allanite characterize allanite-dropped/")
     assert written == (own / "imu.yaml").read_text()
@@ -283,6 +299,7 @@ def test_from_a_dropped_log_to_imu_yaml_in_two_clicks(
     assert float(row.locator(".value").text_content().replace("−", "-")) == pytest.approx(
         in_people / 3437.7467707849396, rel=1e-3
     )
+    page.get_by_role("radio", name="One channel").check()
     page.get_by_label(re.compile("^N white")).uncheck()
     # A point of the curve is left out by a click on it, and comes back by the next.
     page.mouse.click(*pointed(page, 1))
@@ -300,20 +317,35 @@ def test_from_a_dropped_log_to_imu_yaml_in_two_clicks(
     assert left == [0.04]
 
 
+def on_screen(place: Any) -> bool:
+    """Whether all of it is seen without scrolling."""
+    box, window = place.bounding_box(), place.page.viewport_size
+    return 0 <= box["y"] and box["y"] + box["height"] <= window["height"]
+
+
+def middle(place: Any) -> tuple[float, float]:
+    """Where a hand points at it: a click of the mouse does not scroll."""
+    box = place.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
 def test_a_study_by_likelihood_has_no_averaging_times_to_leave_out(
     page: Any, served: tuple[str, Path]
 ) -> None:
     studied(page)
-    page.locator("main summary", has_text=re.compile("^Options$")).first.click()
-    page.get_by_label("Method", exact=True).first.select_option("likelihood")
+    again = page.get_by_role("region", name="Characterize", exact=True)
+    again.locator("summary", has_text=re.compile("^Options$")).click()
+    again.get_by_label("Method", exact=True).select_option("likelihood")
     page.get_by_role("button", name=re.compile("^Characterize")).click()
     study = result_of(page, served[1], "--method=likelihood") / "study.json"
     page.locator(STUDY).wait_for()
+    page.get_by_role("radio", name="One channel").check()
+    page.get_by_label(re.compile("^N white")).wait_for()
     assert not page.get_by_text("Leave averaging times out").count()
     (first, *_) = json.loads(study.read_text())["channels"][0]["models"]
     assert first["goodness"]["method"] == "likelihood"
     # what was asked for stays in the form
-    assert page.get_by_label("Method", exact=True).first.input_value() == "likelihood"
+    assert again.get_by_label("Method", exact=True).input_value() == "likelihood"
 
 
 def no_double_click(page: Any) -> None:
@@ -361,7 +393,7 @@ def test_what_is_offered_can_be_taken_away(page: Any, served: tuple[str, Path]) 
         page.get_by_role("button", name="Export", exact=True).click()
     file = Path(caught.value.path()).read_text()
     assert file in [p.read_text() for p in served[1].glob("allanite-results/*-gtsam/*")]
-    names = page.locator("#export-title ~ .bar a").evaluate_all("all => all.map((a) => a.textContent)")
+    names = page.locator(".study .take a").evaluate_all("all => all.map((a) => a.textContent)")
     assert {"allan.csv", "study.json"} <= set(names)
 
 
@@ -484,15 +516,53 @@ def test_a_closer_look_and_its_result_among_the_results(page: Any) -> None:
     assert "take.parquet" in page.locator("main h1").text_content()
 
 
-def test_what_a_file_does_not_say_is_asked_in_the_same_place(page: Any, tmp_path: Path) -> None:
+def test_what_a_file_does_not_say_is_asked_in_its_words(page: Any, tmp_path: Path) -> None:
+    """The rate alone, which its reader misses; then the counts of each sensor, where gravity tells one."""
     page.locator("#drop-input").set_input_files(imu_log(tmp_path / "bare.csv", units=False, n=400))
     page.get_by_role("alert").wait_for()
-    assert "rate" in page.get_by_role("alert").text_content()
+    assert "--rate" in page.get_by_role("alert").text_content()
+    asked = page.get_by_role("region", name="What the file does not say")
+    assert asked.locator("form > .fields input").count() == 1
     page.get_by_label("Samples per second").fill("50")
-    page.get_by_label("Unit of the samples").fill("gyro=deg/s, acc=m/s^2")
-    page.get_by_role("button", name="Open with this").click()
-    page.locator(SERIES).wait_for()
-    assert "8 s" in page.locator("#series-title").text_content()
+    page.get_by_role("button", name="Read the file with this").click()
+    gyro = page.get_by_label(re.compile("^Gyroscope"))
+    gyro.select_option(label="131 LSB/(deg/s) (±250 deg/s)")
+    assert page.get_by_label(re.compile("^Accelerometer")).input_value() == "16384 LSB/g"
+    assert "Told by gravity" in asked.text_content()
+    page.get_by_role("button", name="Read the file with this").click()
+    page.locator(".series .ytitle", has_text="deg/s").first.wait_for()
+    assert "8 s" in page.locator("#series-title").text_content() and not asked.count()
+    same = page.locator(".same code", has_text="--scale-factor=gyro=131 LSB/(deg/s),acc=16384 LSB/g")
+    same.wait_for(state="attached")
+
+
+def test_a_bad_file_says_what_the_command_says_and_leaves_the_list(
+    page: Any, window: Any, served: tuple[str, Path]
+) -> None:
+    def said_by_command(name: str) -> str:
+        with pytest.raises(AllaniteError) as refusal:
+            al.read(served[1] / name)
+        return str(refusal.value)
+
+    row = page.locator("#side-files a", has_text="broken.parquet")
+    row.click()
+    alert = page.get_by_role("alert")
+    alert.wait_for()
+    assert alert.text_content() in said_by_command("broken.parquet")
+    row.get_by_text("cannot be read").wait_for()
+    page.get_by_role("button", name="Remove from the list").click()
+    row.wait_for(state="detached")
+    page.get_by_text("Removed from the list: 1").click()
+    page.get_by_role("button", name="List again: broken.parquet").click()
+    row.wait_for()
+    # What does not even look like a recording is refused in the words of its reader as well, and not kept.
+    (served[1] / "line.csv").write_text("time,gx\n0,1\n")
+    page.locator("#drop-input").set_input_files(served[1] / "line.csv")
+    notice = page.locator("#main-notice .banner span")
+    notice.wait_for()
+    assert notice.text_content() == said_by_command("line.csv")
+    assert not list((served[1] / "allanite-dropped").iterdir())
+    assert len(window[1]) == 1 and "400" in window[1].pop()  # a browser notes every refusal
 
 
 def test_w9_names_of_files_and_channels_are_text(page: Any) -> None:
@@ -500,7 +570,8 @@ def test_w9_names_of_files_and_channels_are_text(page: Any) -> None:
     page.locator(SERIES).wait_for()
     assert page.locator("main h1").text_content() == f"{EVIL}.csv"
     assert page.locator("img").count() == 0
-    assert f"The file does not say the unit of {EVIL_NAME}" in page.get_by_role("alert").text_content()
+    asked = page.get_by_role("region", name="What the file does not say")
+    assert f"{EVIL_NAME}: whole numbers from 0 to 6." in asked.text_content()
     assert EVIL_NAME in page.locator(".series .ytitle").text_content()
 
 
@@ -517,7 +588,7 @@ def test_w12_a_capture_is_started_watched_through_a_reload_and_stopped(page: Any
     samples = page.locator(".facts div", has_text="Samples").locator("dd")
     until(page, lambda: int(re.sub(r"\D", "", samples.text_content() or "0") or 0) > 0)
     page.get_by_role("button", name="Stop").click()
-    page.get_by_text("The run is over and closed.").wait_for()
+    page.get_by_text("Stopped. What was recorded is kept.").wait_for()
     assert page.get_by_role("button", name="Stop").count() == 0
 
 
@@ -615,6 +686,15 @@ _REACH = """
   return wanted.length;
 }
 """
+_CUT = """
+() => {
+  const wide = document.documentElement.scrollWidth > innerWidth ? ["the page"] : [];
+  const hints = (e) => getComputedStyle(e).backgroundImage.split("gradient").length > 4;
+  const cut = [...document.querySelectorAll("main *, aside *, header *")].filter((e) => e.clientWidth > 1 && e.scrollWidth > e.clientWidth + 1
+    && getComputedStyle(e).overflowX !== "visible" && !e.closest("svg, select, input, .hidden") && !hints(e));
+  return [...wide, ...cut.map((e) => e.outerHTML.slice(0, 160))];
+}
+"""
 _MISSED = """
 () => {
   removeEventListener("focusin", window.focused);
@@ -641,6 +721,9 @@ def test_every_view_is_operated_by_keyboard_and_passes_axe_in_light_and_dark(pag
         assert page.locator("[role=status], [aria-live=polite], [role=alert]").count(), view
         if axe:
             assert page.evaluate(_AXE) == [], view
+        page.set_viewport_size({"width": 390, "height": 844})
+        until(page, lambda: page.evaluate(_CUT) == [])
+        page.set_viewport_size({"width": 1280, "height": 800})
     if not axe:
         pytest.skip("axe is not installed: pip install axe-playwright-python; all else was checked")
 

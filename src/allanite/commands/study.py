@@ -70,6 +70,8 @@ def study_of(
     """
     from allanite.study.study import characterize
 
+    if progress is not None:
+        progress(0.0, "reading")
     recording = read_part(log, source=source, **options)
     origin = {"sha256": file_sha256(log), "command": command}
     below = None if floor is None else read_floor(floor, **options)

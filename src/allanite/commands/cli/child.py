@@ -2,6 +2,7 @@
 """A child process of `allanite serve`: it does one thing at a time, within limits, and dies with its parent.
 
 A line of JSON on standard input says what: ``{"task": "command", "argv": [...]}`` is a command as it would be typed;
+"warm" prepares for results, and has no answer;
 the others are those of `allanite.commands.page.tasks`. Lines of JSON on standard output tell how it goes and how it
 ended. When standard input ends, because the server is gone, this process and all it has started end too.
 
@@ -49,6 +50,9 @@ def main() -> None:
     _warm()
     while (line := tasks.get()) is not None:
         task = json.loads(line)
+        if task["task"] == "warm":
+            _warm_views()
+            continue
         _say(out, {"ended": _done(task, out)})
 
 
@@ -69,6 +73,14 @@ def _incoming() -> queue.SimpleQueue[str | None]:
 def _warm() -> None:
     """What every task needs; the rest is imported when it is wanted."""
     import numpy  # noqa: F401
+
+
+def _warm_views() -> None:
+    """What draws a result: whoever waits for the first one does not wait for this."""
+    import allanite.study.study
+    import allanite.views.figures.plotly
+    import allanite.views.plain_page
+    import allanite.views.registry  # noqa: F401
 
 
 def _limit_memory() -> None:

@@ -74,8 +74,10 @@ class Destination:
             known["source"] = "stdin" if log == "-" else None
         with terminal.progress(quiet=quiet or self.as_json) as advance:
             measured = make(progress=advance, **known)
-        saved = [] if save is None else [save(measured)]
-        done = write_measurement(measured, self.folder, self.figure, force=self.force)
+            if advance is not None and self.folder is not None:
+                advance(1.0, "writing the files")
+            saved = [] if save is None else [save(measured)]
+            done = write_measurement(measured, self.folder, self.figure, force=self.force)
         if self.as_json:
             print_json(measured.plain)
         else:

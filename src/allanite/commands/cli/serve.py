@@ -11,7 +11,7 @@ __all__ = ["serve"]
 
 
 @command("allanite serve recordings/")
-@click.argument("folder", default=".", type=click.Path(exists=True, file_okay=False))
+@click.argument("folder", default=".", metavar="[FOLDER|LOG]", type=click.Path(exists=True))
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=0, help="TCP port.  [default: one that is free]"
 )
@@ -31,8 +31,8 @@ def serve(
 ) -> None:
     """Open a local web page over a folder of logs and results.
 
-    Only this machine can reach the page, and only with the token in the printed address. Results go to allanite-results
-    in FOLDER, dropped files to allanite-dropped, runs to allanite-runs. Ctrl-C stops the server; recorders started from
+    With a LOG the page serves its folder and opens that log. Only this machine can reach the page, and only with the token in the printed address. Results go to allanite-results
+    in the folder, dropped files to allanite-dropped, runs to allanite-runs. Ctrl-C stops the server; recorders started from
     the page continue.
     """
     from allanite.commands import page

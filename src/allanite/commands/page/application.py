@@ -132,6 +132,7 @@ class Application:
             ("GET", "/api/catalogue", Application.list_files),
             ("POST", "/api/upload", Application.upload),
             ("POST", "/api/recordings/{id}/open", Application.open_recording),
+            ("POST", "/api/recordings/{id}/list", Application.list_recording),
             ("GET", "/api/series/{id}", Application.series_facts),
             ("GET", "/api/series/{id}/window", Application.window),
             ("GET", "/api/jobs", Application.list_jobs),
@@ -228,9 +229,26 @@ class Application:
         path = await receive(request, self.settings)
         try:
             return plain({"recording": await run_in_threadpool(self.catalogue.add, path)}, 201)
-        except Refused:
-            path.unlink(missing_ok=True)
-            raise
+        except Refused as refused:
+            task = {"task": "refusal", "log": path_word(path, self.settings), "cwd": str(self.settings.folder)}
+            try:
+                answer = await self._waited(self.quick.ask, task)
+            finally:
+                path.unlink(missing_ok=True)
+            words = str((answer.get("result") or {}).get("message", ""))
+            raise Refused(400, words.removeprefix(f"{path.name}: ") or str(refused)) from None
+
+    @_answering
+    async def list_recording(self, request: Request) -> Response:
+        """List a recording, or leave it out of the list; its file stays."""
+        body = await self._body(request)
+        return plain(await run_in_threadpool(self._list, request.path_params["id"], body.get("listed")))
+
+    def _list(self, given: str, listed: object) -> Json:
+        if not isinstance(listed, bool):
+            raise Refused(400, "listed is yes or no (true, false)")
+        self.catalogue.keep(self.catalogue.recording(given).identity, "removed", {} if listed else {"removed": True})
+        return self.catalogue.scan()
 
     # -- series -----------------------------------------------------------------------------------------------
 

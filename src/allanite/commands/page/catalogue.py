@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from allanite.commands.page.bounds import is_inside
+from allanite.commands.page.options import asked_for
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import RESULTS, Settings
 from allanite.commands.page.sniffing import (
@@ -156,8 +157,7 @@ class Catalogue:
 
     def id_of(self, path: Path) -> str:
         """The id of a file; the same file has the same id as long as the server runs."""
-        key = self._settings.session.encode()
-        return hashlib.blake2b(os.fsencode(path), key=key[:64], digest_size=12).hexdigest()
+        return self._settings.id_of(path)
 
     # -- looking ----------------------------------------------------------------------------------------------
 
@@ -251,6 +251,8 @@ class Catalogue:
             form, known = "raw_binary", layout.stat()
             mark = f"{identity} {known.st_size} {known.st_mtime_ns}"
             identity = hashlib.sha256(mark.encode()).hexdigest()[:32]
+        if form is None and path == self._settings.log:
+            form = "text"  # somebody named it: its reader decides
         if form is not None:
             recordings[key] = Recorded(
                 id=key, name=_shown(name), path=path, format=form, size=_size(path, stat),
@@ -313,7 +315,7 @@ class Catalogue:
     # -- what is known of a recording ----------------------------------------------------------------------------
 
     def keep(self, identity: str, what: str, facts: Json) -> None:
-        """Keep what was found out of a recording: "facts" or "health"."""
+        """Keep what was found out of a recording, or said of it: "facts", "health", "refused", "removed"."""
         folder = self._settings.cache / "known"
         folder.mkdir(parents=True, exist_ok=True)
         place = folder / f"{identity}-{what}.json"
@@ -361,12 +363,13 @@ class Catalogue:
 
     def _recording_json(self, r: Recorded, documents: list[str]) -> dict[str, Any]:
         health = self.known(r.identity, "health") or self._health_of_study(documents)
+        refused = (self.known(r.identity, "refused") or {}).get("message")
         return {
             "id": r.id, "name": r.name, "format": r.format, "size": r.size, "modified": utc(r.modified),
             "is_run": r.path.is_dir() and r.format == "run",
             "status": _status(r.path) if r.path.is_dir() and r.format == "run" else None,
             "facts": self.known(r.identity, "facts"), "health": health, "documents": documents,
-            "refused": (self.known(r.identity, "refused") or {}).get("message"),
+            "refused": refused, "asks": asked_for(refused or ""), "listed": not self.known(r.identity, "removed"),
         }  # fmt: skip
 
     def _health_of_study(self, documents: list[str]) -> Json | None:

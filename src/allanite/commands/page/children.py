@@ -115,9 +115,9 @@ class Quick:
         self._answers: queue.SimpleQueue[Json | None] = queue.SimpleQueue()
 
     def prepare(self) -> None:
-        """Have it ready."""
+        """Have it ready, with what draws results."""
         with self._lock:
-            self._alive()
+            self._alive().tell({"task": "warm"})
 
     def ask(self, task: Json) -> Json:
         """Do a task; the word about its end.

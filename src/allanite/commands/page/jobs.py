@@ -19,6 +19,7 @@ from typing import Any, Literal
 
 from allanite.commands.page.catalogue import utc
 from allanite.commands.page.children import Child, Nursery
+from allanite.commands.page.options import asked_for
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import Limits
 from allanite.commands.page.work import Work
@@ -298,7 +299,7 @@ class Jobs:
             "ended": None if job.ended is None else utc(job.ended),
             "seconds": 0.0 if job.started is None else round(now - job.started, 3),
             "command": job.work.command, "python": job.work.python, "exit": job.exit, "lossy": job.exit == _LOSS,
-            "message": job.message, "notes": job.notes, "recording": job.work.recording, "document": document,
+            "message": job.message, "asks": asked_for(job.message), "notes": job.notes, "recording": job.work.recording, "document": document,
             "series": job.work.series["key"] if job.work.series and job.state == "done" else None,
             "files": [{"index": i, "name": p.name, "size": p.stat().st_size} for i, p in files],
         }  # fmt: skip

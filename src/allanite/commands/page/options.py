@@ -17,7 +17,7 @@ from allanite.commands import option
 from allanite.commands.option import Option
 from allanite.commands.page.replies import Refused
 
-__all__ = ["READING", "Code", "Spelt", "checked", "code_of", "described", "given_in", "number_text"]
+__all__ = ["READING", "Code", "Spelt", "asked_for", "checked", "code_of", "described", "given_in", "number_text"]
 
 _LONGEST = 2000  # characters of a text
 _MOST = 1000  # members of a list
@@ -237,3 +237,9 @@ def code_of(value: Any) -> str:
 
 READING: Mapping[str, Option] = {o.python: o for o in option.READING if o.type != "file"}
 """What every kind of work that reads a log understands; files are attached."""
+
+
+def asked_for(message: str) -> list[str]:
+    """The options of reading that a refusal names: what can be given so that the file is read."""
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", message))
+    return [name for name, option in READING.items() if option.flag in named]

@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 FACTOR = 16
 """Samples of a block on the first level, and blocks of one level in a block of the next."""
 
-VERSION = 1
+VERSION = 2
 _FACTS = "series.json"
 _WHOLE = 4  # levels whose blocks are no longer than what is read at a time
 _CHUNK = FACTOR**_WHOLE

@@ -10,9 +10,10 @@ import socket
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.commands.page.settings import Settings, checked_settings
+from allanite.commands.page.settings import Settings, checked_settings, is_log
 from allanite.errors import InputError, StorageError
 
 if TYPE_CHECKING:
@@ -39,6 +40,8 @@ def serve(
 
     Parameters
     ----------
+    folder : path
+        Or a log in it, which the page opens first.
     port : int
         0: one that is free.
     host : str, optional
@@ -67,6 +70,7 @@ def serve(
             host=address,
             port=bound.getsockname()[1],
             token=secret or secrets.token_urlsafe(32),
+            log=place / Path(folder).name if is_log(Path(folder)) else None,
         )
         try:
             settings.cache.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -122,7 +126,12 @@ def address_of(settings: Settings) -> str:
     everywhere = settings.host in ("0.0.0.0", "::")  # nosec B104  # noqa: S104 - what the user asked for, in words
     name = socket.gethostname() if everywhere else settings.host
     shown = f"[{name}]" if ":" in name else name
-    return f"http://{shown}:{settings.port}/?token={settings.token}"
+    return f"http://{shown}:{settings.port}/?token={settings.token}{_view_of(settings)}"
+
+
+def _view_of(settings: Settings) -> str:
+    """The view that is opened first."""
+    return "" if settings.log is None else f"#/recording/{settings.id_of(settings.log)}"
 
 
 def listening(host: str, port: int) -> socket.socket:

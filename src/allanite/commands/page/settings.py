@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import secrets
 from dataclasses import dataclass, field
@@ -11,7 +12,7 @@ from pathlib import Path
 from allanite.commands.page.attached import Named
 from allanite.errors import InputError, StorageError
 
-__all__ = ["LOOPBACK", "RESULTS", "Limits", "Settings", "cache_folder", "checked_settings"]
+__all__ = ["LOOPBACK", "RESULTS", "Limits", "Settings", "cache_folder", "checked_settings", "is_log"]
 
 RESULTS = "allanite-results"
 """Folder of results, in the one that is served."""
@@ -119,6 +120,8 @@ class Settings:
         Of prepared series; may be removed at any time.
     instruments : tuple of Named
         Those of the administrator's file.
+    log : Path or None
+        The recording that is opened first; it is listed whatever it looks like.
     """
 
     folder: Path
@@ -130,6 +133,12 @@ class Settings:
     cache: Path = field(default_factory=lambda: cache_folder())
     limits: Limits = field(default_factory=Limits)
     instruments: tuple[Named, ...] = ()
+    log: Path | None = None
+
+    def id_of(self, path: Path) -> str:
+        """The id under which a file is listed; the same one as long as the server runs."""
+        key = self.session.encode()
+        return hashlib.blake2b(os.fsencode(path), key=key[:64], digest_size=12).hexdigest()
 
     @property
     def cookie(self) -> str:
@@ -153,10 +162,17 @@ def cache_folder() -> Path:
     return (Path(named) if named else Path.home() / ".cache") / "allanite"
 
 
+def is_log(place: Path) -> bool:
+    """Whether this is a recording, rather than a folder of them."""
+    from allanite.commands.page.sniffing import recording_format
+
+    return place.is_file() or (place.is_dir() and recording_format(place, b"") is not None)
+
+
 def checked_settings(
     folder: str | os.PathLike[str], *, host: str | None, token: str | None
 ) -> tuple[Path, str, str | None]:
-    """The folder as an absolute path, the address and the token, if a page may be served with them.
+    """The folder, or that of a log, as an absolute path, the address and the token, if a page may be served with them.
 
     Raises
     ------
@@ -166,6 +182,8 @@ def checked_settings(
         A folder that cannot be read.
     """
     place = Path(folder)
+    if is_log(place):
+        place = place.parent
     if not place.is_dir():
         raise InputError(f"no such folder: {place}: name the folder with your recordings")
     if not os.access(place, os.R_OK | os.X_OK):

@@ -92,7 +92,7 @@ class SeriesStore:
                 }
             )  # fmt: skip
             gaps[str(i)] = [[a / rate, b / rate] for a, b in c["gaps"]]
-        known = ("rate", "samples", "duration", "start", "read")
+        known = ("rate", "samples", "duration", "start", "read", "questions")
         return {
             "id": key, "recording": of.id, "name": of.name, **{k: facts[k] for k in known}, "channels": channels,
             "gaps": gaps,

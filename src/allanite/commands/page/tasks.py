@@ -31,6 +31,7 @@ def prepare(task: Json, advance: Advance) -> Json:
     """Read a recording and leave its pyramid in "folder", which appears when it is whole."""
     from allanite.commands.page.pyramid import build
     from allanite.commands.recordings import read_part
+    from allanite.recording.health.scale_questions import scale_questions
 
     target = Path(task["folder"])
     made = target.with_name(f"{target.name}.{time.time_ns():x}")
@@ -41,7 +42,10 @@ def prepare(task: Json, advance: Advance) -> Json:
         build(
             recording,
             made,
-            facts={"read": dict(task.get("given", task["read"]))},
+            facts={
+                "read": dict(task.get("given", task["read"])),
+                "questions": [q.to_json() for q in scale_questions(recording)],
+            },
             progress=lambda f, s: advance(0.3 + 0.7 * f, s),
         )
         if not target.exists():
@@ -105,9 +109,21 @@ def attached(task: Json, advance: Advance) -> Json:
     return listed_here()
 
 
+def refusal(task: Json, advance: Advance) -> Json:
+    """What the command line says of a file that looks like no recording; "" where it reads it."""
+    from allanite.commands.cli.failures import failure
+    from allanite.commands.recordings import read_part
+
+    try:
+        read_part(task["log"])
+    except Exception as error:  # noqa: BLE001 - as a command ends
+        return {"message": failure(error)[1]}
+    return {"message": ""}
+
+
 TASKS: Mapping[str, Callable[[Json, Advance], Json]] = {
     "series": prepare, "figure": draw, "parameters": parameters, "said": said, "live-curve": live_curve,
-    "attached": attached,
+    "attached": attached, "refusal": refusal,
 }  # fmt: skip
 """By name, as the server asks for them."""
 
@@ -124,6 +140,7 @@ def follow(run: str, tell: Callable[[str, Json], None], *, every: float = 1.0) -
     """
     from allanite.commands.monitor import RunWatch
     from allanite.commands.page.envelope import GrowingEnvelope
+    from allanite.views.wording.run_end import RUN_STATES
 
     envelopes: dict[int, GrowingEnvelope] = {}
 
@@ -139,6 +156,7 @@ def follow(run: str, tell: Callable[[str, Json], None], *, every: float = 1.0) -
         began = time.process_time()
         state = watch.look()
         going = state["status"] == "recording"
+        state = {**state, "says": RUN_STATES[state["status"]][0]}
         if state["samples"] != samples or not going:
             samples = state["samples"]
             due = time.monotonic() - curves_at > 2 * every or not going

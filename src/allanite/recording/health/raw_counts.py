@@ -17,12 +17,12 @@ from allanite.recording.health.meaning import triads
 from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.records import Kind
 
-__all__ = ["looks_raw", "raw_counts"]
+__all__ = ["SENSITIVITIES", "gravity_scale", "gyro_scales", "looks_raw", "names_taken", "raw_counts"]
 
 _WORDS = (16, 20, 24, 32)  # bits; a narrower converter's counts look like those of 16 bits at rest
 _RANGES = (250.0, 500.0, 1000.0, 2000.0)  # deg/s, of most MEMS gyros
 #: Counts for each g, and the range: data sheets of InvenSense, Bosch and ST (16 bits), ADXL345 and ADXL355.
-_SENSITIVITIES = (
+SENSITIVITIES = (
     (16384.0, "±2 g at 16 bits"), (8192.0, "±4 g at 16 bits"), (4096.0, "±8 g at 16 bits"),
     (2048.0, "±16 g at 16 bits"), (1024.0, "±32 g at 16 bits or ±2 g at 12 bits"), (512.0, "±4 g at 12 bits"),
     (256.0, "±8 g at 12 bits, or an ADXL345"), (128.0, "±16 g at 12 bits"),
@@ -82,25 +82,36 @@ def _found(group: Sequence[ChannelSurvey], more: str, advice: str) -> Finding:
     )
 
 
+def gyro_scales(group: Sequence[ChannelSurvey]) -> list[tuple[str, float]]:
+    """Counts for each deg/s in the usual ranges [deg/s] of a gyro with words of this length."""
+    full = 2.0 ** (_bits_of(group) - 1)
+    return [(_digits(full / reach), reach) for reach in _RANGES]
+
+
+def gravity_scale(triad: Sequence[ChannelSurvey]) -> tuple[float, float, str] | None:
+    """Length of the mean in counts, the usual counts for each g that it agrees with, and their range; None for no such."""
+    norm = math.sqrt(sum(s.mean**2 for s in triad))
+    match = next((pair for pair in SENSITIVITIES if abs(norm / pair[0] - 1.0) < _AGREES), None)
+    return None if match is None or any(moved(s) for s in triad) else (norm, *match)
+
+
 def _gyro(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
-    bits = max(_bits(s) for s in group)
-    scales = ", ".join(f"{_digits(2.0 ** (bits - 1) / full)} for ±{full:g} deg/s" for full in _RANGES)
-    scale = _digits(2.0 ** (bits - 1) / _RANGES[0])
+    scales = gyro_scales(group)
+    listed = ", ".join(f"{scale} for ±{reach:g} deg/s" for scale, reach in scales)
     return "", (
-        f"if so, --scale-factor '{_key(group)}={scale} LSB/(deg/s)', with the number of the range that was set at "
-        f"{bits} bits: {scales}"
+        f"if so, --scale-factor '{_key(group)}={scales[0][0]} LSB/(deg/s)', with the number of the range that was set at "
+        f"{_bits_of(group)} bits: {listed}"
     )
 
 
 def _accelerometer(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
     key = _key(group)
     for triad in triads(group):
-        norm = math.sqrt(sum(s.mean**2 for s in triad))
-        match = [(n, text) for n, text in _SENSITIVITIES if abs(norm / n - 1.0) < _AGREES]
-        if match and not any(moved(s) for s in triad):
+        if match := gravity_scale(triad):
+            norm, scale, words = match
             return (
-                f" The mean is {norm:.5g} counts long; gravity is {match[0][0]:.0f} for {match[0][1]}",
-                f"if so, --scale-factor '{key}={match[0][0]:.0f} LSB/g'",
+                f" The mean is {norm:.5g} counts long; gravity is {scale:.0f} for {words}",
+                f"if so, --scale-factor '{key}={scale:.0f} LSB/g'",
             )
     return (
         "",
@@ -123,6 +134,10 @@ def _unnamed(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
     )
 
 
+def _bits_of(group: Sequence[ChannelSurvey]) -> int:
+    return max(_bits(s) for s in group)
+
+
 def _bits(survey: ChannelSurvey) -> int:
     """The word that holds all values, with their sign."""
     low, high = _ends(survey)
@@ -132,15 +147,16 @@ def _bits(survey: ChannelSurvey) -> int:
 
 
 def _key(group: Sequence[ChannelSurvey]) -> str:
-    """What all names of a group begin with, where `--scale-factor` finds exactly these; else the first name."""
-    first = group[0].name
-    stem = first[
-        : next((k for k in range(len(first)) if len({s.name[: k + 1] for s in group}) > 1), len(first))
-    ]
-    others = {s.name for s in group}
-    names = (c.name for c in group[0].recording.channels)
-    unique = all((name in others) == name.casefold().startswith(stem.casefold()) for name in names)
-    return stem.rstrip("_") if stem.rstrip("_") and unique else first
+    """What `--scale-factor` calls a group, or its first channel."""
+    return names_taken([s.name for s in group], group[0].recording.names)[0]
+
+
+def names_taken(group: Sequence[str], among: Sequence[str]) -> list[str]:
+    """What an option by channel calls a group: what its names begin with, where that names no other; else each name."""
+    first = group[0]
+    stem = first[: next((k for k in range(len(first)) if len({name[: k + 1] for name in group}) > 1), len(first))]
+    unique = all((name in group) == name.casefold().startswith(stem.casefold()) for name in among)
+    return [stem.rstrip("_")] if stem.rstrip("_") and unique else [*group]
 
 
 def _digits(value: float) -> str:

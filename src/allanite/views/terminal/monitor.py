@@ -16,6 +16,7 @@ from allanite.recording.records import Channel, Kind
 from allanite.views.terminal.console import console, is_terminal, table_of
 from allanite.views.terminal.octaves import octave_table
 from allanite.views.terminal.parts import TONES
+from allanite.views.wording.run_end import RUN_STATES
 
 if TYPE_CHECKING:
     from rich.console import Console, Group
@@ -28,13 +29,6 @@ __all__ = ["monitoring", "show_monitor"]
 
 Json = Mapping[str, Any]
 
-_STATUS = {
-    "recording": ("recording", "good"),
-    "success": ("finished as planned", "good"),
-    "abort": ("stopped before its time", "warning"),
-    "fail": ("ended by a failure", "fatal"),
-    "unfinished": ("broken off: the recorder died", "fatal"),
-}
 #: A recorder that has stored nothing for so long is silent [s]: batches come each second.
 _SILENT = 10.0
 _BAR = 16
@@ -100,7 +94,7 @@ def _page(
 def _head(document: Json) -> Text:
     from rich.text import Text
 
-    words, tone = _STATUS[document["status"]]
+    words, tone = RUN_STATES[document["status"]]
     age, outage = document["age"], document["outage"]
     if age is not None and outage is not None:
         words, tone = f"recording, but nothing comes: {outage['reason']}", "warning"

@@ -8,17 +8,11 @@ from typing import Any
 
 from allanite.views.terminal.console import console
 from allanite.views.terminal.parts import TONES, say_facts, say_files, say_rows
+from allanite.views.wording.run_end import RUN_STATES
 
 __all__ = ["show_compaction", "show_recovery"]
 
 Json = Mapping[str, Any]
-
-_ENDED = {
-    "success": "as planned",
-    "abort": "stopped before its time",
-    "fail": "by a failure",
-    "unfinished": "without a word: the recorder died",
-}
 
 
 def show_recovery(document: Json) -> None:
@@ -40,7 +34,7 @@ def show_recovery(document: Json) -> None:
         ("kept", f"{document['kept']} samples"),
         ("lost", _lost(document)),
         *([("missing", _missing(document))] if document["missing"] else []),
-        ("run ended", _ENDED[document["status"]]),
+        ("run ended", RUN_STATES[document["status"]][0]),
     )
     say_files(out, [document["out"]] if document["out"] else [])
 

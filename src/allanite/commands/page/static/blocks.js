@@ -15,10 +15,10 @@ function cell(part, first) {
   return h(first ? "th" : "td", { scope: first ? "row" : null, class: part.look || null }, text, part.below ? h("span", { class: "name" }, part.below) : null);
 }
 
-const table = ({ heads, rows, caption }) => h("div", { class: "wide", tabindex: 0, role: "group", "aria-label": caption || heads.join(", ") }, h("table", {},
-  caption ? h("caption", {}, caption) : null,
+// What a table is stands above it, not in it: it stays in view while a narrow screen scrolls the table.
+const table = ({ heads, rows, caption }) => [caption ? h("p", { class: "caption" }, caption) : null, h("div", { class: "wide", tabindex: 0, role: "group", "aria-label": caption || heads.join(", ") }, h("table", {},
   h("thead", {}, h("tr", {}, heads.map((t) => (t ? h("th", { scope: "col" }, t) : h("td", {}))))),
-  h("tbody", {}, rows.map(([cells, kept]) => h("tr", { class: kept ? "kept" : null }, cells.map((c, i) => cell(c, i === 0)))))));
+  h("tbody", {}, rows.map(([cells, kept]) => h("tr", { class: kept ? "kept" : null }, cells.map((c, i) => cell(c, i === 0)))))))];
 
 const MADE = {
   banner: (b) => h("div", { class: `banner ${b.tone}` }, h("span", {}, h("b", {}, b.head), " ", b.text)),
@@ -38,9 +38,13 @@ const block = (b, figure) => MADE[b.kind]?.(b, figure) ?? null;
 
 /** The sections of a result, with figures that follow the theme. */
 export class Said {
-  /** @param {(dark: boolean) => Promise<object>} ask what the server says of the result */
-  constructor(ask) {
+  /**
+   * @param {(dark: boolean) => Promise<object>} ask what the server says of the result
+   * @param {(blocks: object[]) => object[]} order of the blocks of a section
+   */
+  constructor(ask, order = (blocks) => blocks) {
     this.ask = ask;
+    this.order = order;
     this.known = new Map();
     this.figures = [];
     this.place = h("div", {});
@@ -60,7 +64,7 @@ export class Said {
     const { sections } = await this.said(dark);
     this.place.replaceChildren(...sections.map((s) => {
       const id = unique("said");
-      return h("section", { "aria-labelledby": id }, h("h2", { id }, s.title), s.blocks.map((b) => block(b, (f) => this.figure(f))));
+      return h("section", { "aria-labelledby": id }, h("h2", { id }, s.title), this.order(s.blocks).map((b) => block(b, (f) => this.figure(f))));
     }));
     for (const { id, view } of this.figures) await view.load((now) => this.said(now).then((all) => specOf(all, id)));
   }

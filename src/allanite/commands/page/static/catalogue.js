@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is in the folder, and the list of it at the side of the page.
 
-import { get } from "./api.js";
-import { h, fill } from "./dom.js";
+import { get, post } from "./api.js";
+import { h, fill, said } from "./dom.js";
 import { dropZone } from "./drop.js";
 import { bytes, duration, mark } from "./wording.js";
 
@@ -10,7 +10,7 @@ let known = { recordings: [], documents: [], descriptions: [] };
 const listeners = new Set();
 const contents = ({ scanned, ...found }) => JSON.stringify(found);
 
-export const recordings = () => known.recordings;
+export const recordings = () => known.recordings.filter((r) => r.listed);
 export const recording = (id) => known.recordings.find((r) => r.id === id);
 export const documents = (test = () => true) =>
   known.documents.filter(test).sort((a, b) => b.modified.localeCompare(a.modified));
@@ -25,19 +25,36 @@ export function watch(action) {
 
 /** Look into the folder again; who watches is told when something has changed. */
 export async function refresh() {
+  return take(await get("/api/catalogue"));
+}
+
+function take(news) {
   const before = contents(known);
-  known = await get("/api/catalogue");
+  known = news;
   if (contents(known) !== before) for (const action of listeners) action(known);
   return known;
 }
 
-const HEALTH = { good: "nothing is wrong", info: "with remarks", warning: "with warnings", fatal: "not usable as it is" };
+/** A button that takes a recording off the list, or puts it back; its file stays where it is. */
+export function listing(r, listed) {
+  const words = listed ? "List again" : "Remove from the list";
+  const put = said(async () => {
+    take(await post(`/api/recordings/${r.id}/list`, { listed }));
+    if (!listed) location.hash = "#/";
+  });
+  return h("button", { type: "button", "aria-label": `${words}: ${shortName(r.name)}`, onclick: put }, words);
+}
+
+const HEALTH = { good: "no problems found", info: "with remarks", warning: "with warnings", fatal: "not usable as it is" };
 
 /** Health of a recording as a small mark with words. */
 export function healthTag(recording) {
   const found = recording.health;
   if (recording.status === "recording") return h("span", { class: "tag info" }, "● recording");
-  if (!found) return recording.refused ? h("span", { class: "tag" }, "? ask") : null;
+  if (!found) {
+    if (!recording.refused) return null;
+    return recording.asks.length ? h("span", { class: "tag info" }, "? question") : h("span", { class: "tag fatal" }, mark("fatal"), " cannot be read");
+  }
   return h("span", { class: `tag ${found.worst}`, title: HEALTH[found.worst] }, mark(found.worst), " ", found.worst);
 }
 
@@ -52,6 +69,7 @@ const facts = (r) => [
 
 export function fileList(place, { writable, upload_limit: limit }) {
   const draw = () => {
+    const [listed, removed] = [recordings(), known.recordings.filter((r) => !r.listed)];
     const here = decodeURIComponent(location.hash.split("/")[2] || "");
     const row = (r) => h(
       "li", {},
@@ -61,7 +79,8 @@ export function fileList(place, { writable, upload_limit: limit }) {
     fill(
       place,
       h("h2", { id: "side-files-title" }, "Recordings ", h("span", { class: "soft" }, `in ${known.folder}`)),
-      known.recordings.length ? h("ul", { class: "files" }, known.recordings.map(row)) : h("p", { class: "soft" }, "No recording is here yet."),
+      listed.length ? h("ul", { class: "files" }, listed.map(row)) : h("p", { class: "soft" }, "No recording is here yet."),
+      removed.length ? h("details", {}, h("summary", {}, `Removed from the list: ${removed.length}`), h("ul", { class: "removed" }, removed.map((r) => h("li", {}, shortName(r.name), " ", listing(r, true))))) : null,
       known.truncated ? h("p", { class: "note" }, "The folder holds more than is listed.") : null,
       zone,
     );

@@ -8,7 +8,8 @@ import { digits } from "./wording.js";
 
 const TYPES = { quantisation: "Q", white: "N", flicker: "B", "gauss-markov": "G", gauss_markov: "G", "random-walk": "K", random_walk: "K", ramp: "R" };
 const NAMES = { Q: "quantisation", N: "white noise", B: "flicker", G: "Gauss-Markov", K: "random walk", R: "ramp", S: "spectral lines" };
-const VIEWS = [["channels", "Allan curve"], ["groups", "All channels"], ["spectrum", "Spectrum"]];
+const VIEWS = [["groups", "All channels"], ["channels", "One channel"], ["spectrum", "Spectrum"]];
+const ALONE = [["channels", "Allan curve"], ["spectrum", "Spectrum"]];
 
 const letters = (channel) => [...new Set(channel.models.flatMap((m) => m.terms).map((t) => TYPES[t.type] || "S"))].sort((a, b) => "QNBGKRS".indexOf(a) - "QNBGKRS".indexOf(b));
 
@@ -32,7 +33,8 @@ export class CurvePanel {
     this.told = channel;
     this.refit = refit;
     this.models = null; // id of a fit that is drawn in place of the study's own
-    this.view = "channels";
+    this.views = study.channels.length > 1 ? VIEWS : ALONE;
+    this.view = this.views[0][0];
     this.name = study.channels[0].name;
     this.without = new Set();
     this.left = new Set();
@@ -60,13 +62,20 @@ export class CurvePanel {
       }));
       return h("label", { class: "choice" }, input, label);
     };
-    const select = h("select", { "aria-label": "Channel" }, this.study.channels.map((c) => h("option", { value: c.name }, c.name)));
+    const select = h("select", { "aria-label": "Channel", hidden: this.study.channels.length < 2 }, this.study.channels.map((c) => h("option", { value: c.name }, c.name)));
     select.addEventListener("change", said(() => {
       this.name = select.value;
       this.told(this.name);
+      if (this.view === "groups") this.turn("channels");
       return this.draw();
     }));
-    return h("div", { class: "bar" }, h("fieldset", { class: "choices" }, h("legend", { class: "hidden" }, "View"), VIEWS.map(radio)), select);
+    return h("div", { class: "bar" }, h("fieldset", { class: "choices" }, h("legend", { class: "hidden" }, "View"), this.views.map(radio)), select);
+  }
+
+  /** Another view, as if it had been chosen. */
+  turn(view) {
+    this.view = view;
+    this.place.querySelector(`input[name="curve-view"][value="${view}"]`).checked = true;
   }
 
   draw_tools() {

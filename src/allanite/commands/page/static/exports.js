@@ -14,24 +14,21 @@ export function save(address) {
   link.remove();
 }
 
-/**
- * Buttons for the files of a study, or of a calibration.
- * @param {object} session
- * @param {object} document as in the catalogue
- */
-export function exportBar(session, document) {
-  const doing = h("div", { role: "status" });
-  const more = h("div", {});
-  const file = (name) => document.files.find((f) => f.name === name);
-  const address = (f) => `/api/documents/${document.id}/files/${f.index}`;
-  const imu = file("imu.yaml");
+const nameOf = (consumer) => consumer.name.replace(/_/g, "-");
 
-  async function exported(consumer, options) {
-    const job = await run(doing, { kind: "export", document: document.id, options: { consumer, ...options } });
-    if (!job) return;
-    for (const f of job.files) save(`/api/jobs/${job.id}/files/${f.index}`);
-    fill(doing, h("p", { class: "note" }, `Saved ${job.files.map((f) => f.name).join(", ")}.`), lines(job));
-  }
+/** Write a file for another program, and save it. */
+async function exported(doing, document, consumer, options) {
+  const job = await run(doing, { kind: "export", document: document.id, options: { consumer, ...options } });
+  if (!job) return;
+  for (const f of job.files) save(`/api/jobs/${job.id}/files/${f.index}`);
+  fill(doing, h("p", { class: "note" }, `Saved ${job.files.map((f) => f.name).join(", ")}.`), lines(job));
+}
+
+/** What a study has left, at its top: imu.yaml, the report, and the others. */
+export function takeBar(document) {
+  const doing = h("div", { role: "status" });
+  const address = (f) => `/api/documents/${document.id}/files/${f.index}`;
+  const imu = document.files.find((f) => f.name === "imu.yaml");
 
   async function report() {
     if (document.report) return save(`/api/documents/${document.id}/report`);
@@ -39,9 +36,20 @@ export function exportBar(session, document) {
     if (job) save(`/api/jobs/${job.id}/files/0`);
   }
 
+  const others = document.files.filter((f) => !["imu.yaml", "report.html"].includes(f.name));
+  return h("div", {}, h("div", { class: "bar take", role: "group", "aria-label": "Files" },
+    h("button", { type: "button", class: "main", onclick: said(() => (imu ? save(address(imu)) : exported(doing, document, "kalibr", {}))) }, "imu.yaml"),
+    h("button", { type: "button", onclick: said(report) }, "Report"),
+    others.map((f) => h("a", { class: "button", href: address(f), download: "" }, f.name))), doing);
+}
+
+/** A study, or a calibration, for the formats of other programs. */
+export function exportBar(session, document) {
+  const doing = h("div", { role: "status" });
+  const more = h("div", {});
   const kind = document.format === "allanite-study" ? "study" : "calibration";
   const consumers = session.consumers.filter((c) => [kind, "either"].includes(c.takes));
-  const select = h("select", { id: "export-consumer", "aria-label": "Format" }, consumers.map((c) => h("option", { value: c.name }, `${c.name.replace(/_/g, "-")}: ${c.file}`)));
+  const select = h("select", { id: "export-consumer", "aria-label": "Format" }, consumers.map((c) => h("option", { value: c.name }, `${nameOf(c)}: ${c.file}`)));
   let form = null;
   const chosen = () => consumers.find((c) => c.name === select.value);
   const draw = () => {
@@ -50,18 +58,10 @@ export function exportBar(session, document) {
   };
   select.addEventListener("change", draw);
   draw();
-  const name = (consumer) => consumer.name.replace(/_/g, "-");
-
-  const own = () => h("div", { class: "bar" },
-      h("button", { type: "button", class: "main", onclick: said(() => (imu ? save(address(imu)) : exported("kalibr", {}))) }, "imu.yaml"),
-      h("button", { type: "button", onclick: said(report) }, "Report"),
-      document.files.filter((f) => !["imu.yaml", "report.html"].includes(f.name)).map((f) => h("a", { class: "button", href: address(f), download: "" }, f.name)),
-    );
   return h("section", { "aria-labelledby": "export-title" },
-    h("h2", { id: "export-title" }, kind === "study" ? "Take it with you" : "For other programs"),
-    kind === "study" ? own() : null,
+    h("h2", { id: "export-title" }, "For other programs"),
     h("div", { class: "bar" }, h("label", { for: "export-consumer" }, "For"), select,
-      h("button", { type: "button", onclick: said(() => exported(name(chosen()), form.values())) }, "Export")),
+      h("button", { type: "button", onclick: said(() => exported(doing, document, nameOf(chosen()), form.values())) }, "Export")),
     more, doing,
   );
 }

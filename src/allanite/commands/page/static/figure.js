@@ -6,13 +6,26 @@ import { h } from "./dom.js";
 import { colours, isDark, onTheme } from "./theme.js";
 import { CONFIG } from "./plotting.js";
 
+// An axis is no shorter than its title, which would be cut.
+const LETTER = 7.5; // pixels, on average
+const LEAST = 160;
+
+function tallest(layout) {
+  const axes = Object.entries(layout).filter(([key, axis]) => /^yaxis/.test(key) && axis.title?.text);
+  const needed = axes.map(([, { title, domain = [0, 1] }]) => {
+    const longest = Math.max(...title.text.split("<br>").map((line) => line.replace(/<[^>]*>/g, "").length));
+    return (longest * LETTER * (title.font?.size || 15)) / 15 / (domain[1] - domain[0]);
+  });
+  return Math.max(LEAST, ...needed);
+}
+
 // One decade up is as long as one decade across at every width; words below a least width would run together.
 function sized(layout, width) {
   const { margin, meta } = layout;
   const wide = Math.max(width, meta.least || 0);
   const share = Math.min(wide / (meta.drawn_at || wide), 1);
   for (const note of layout.annotations || []) if (note.font) note.font.size *= share;
-  const height = Math.round(Math.max((wide - margin.l - margin.r) * meta.aspect, 160) + margin.t + margin.b);
+  const height = Math.round(Math.max((wide - margin.l - margin.r) * meta.aspect, tallest(layout)) + margin.t + margin.b);
   const { guide, ink } = colours();
   const modebar = { bgcolor: "rgba(0,0,0,0)", color: guide, activecolor: ink };
   return { ...layout, width: wide, height, modebar, uirevision: "kept" };

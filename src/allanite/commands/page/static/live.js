@@ -152,6 +152,7 @@ export class LiveView {
 
   async end() {
     this.stop.disabled = true;
+    this.status.textContent = "Stopping: the last samples are being stored …";
     await post(`/api/captures/${this.capture.id}/stop`);
   }
 
@@ -160,7 +161,8 @@ export class LiveView {
     this.stop.hidden = true;
     this.open.hidden = false;
     if (state) this.facts(state);
-    this.status.textContent = "The run is over and closed.";
+    const says = state ? state.says.replace(/^./, (c) => c.toUpperCase()) : "The run is over";
+    this.status.textContent = `${says}. What was recorded is kept.`;
     catalogue.refresh().catch(() => {});
   }
 
@@ -183,7 +185,7 @@ export class LiveView {
 
   facts(s) {
     const rows = [
-      ["State", s.status], ["Samples", samples(s.samples)], ["Recorded", duration(s.samples / s.rate)],
+      ["State", s.says], ["Samples", samples(s.samples)], ["Recorded", duration(s.samples / s.rate)],
       ["Missing", s.missing ? `${samples(s.missing)} in ${s.gaps} gaps` : "none"], ["Rate", `${digits(s.measured_rate || s.rate, 5)} Hz`],
       ["Planned", s.plan?.seconds ? `${duration(s.plan.seconds)}, ${digits(100 * s.plan.share, 3)} % done` : "until stopped"],
       ["Disk", s.disk?.enough === false ? "not enough for the plan" : "enough"],

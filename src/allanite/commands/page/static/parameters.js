@@ -35,11 +35,11 @@ function line(row, redraw) {
 }
 
 function table(channel, model, redraw) {
-  return h("div", { class: "wide" }, h("table", { class: "parameters" },
-    h("caption", {}, `${channel.name}: ${model.verdict}`),
+  const caption = `${channel.name}: ${model.verdict}`;
+  return [h("p", { class: "caption" }, caption), h("div", { class: "wide", tabindex: 0, role: "group", "aria-label": caption }, h("table", { class: "parameters" },
     h("thead", {}, h("tr", {}, ["Parameter", "Value", "95 % interval", "Unit", "State"].map((t) => h("th", { scope: "col" }, t)))),
     h("tbody", {}, model.rows.map((row) => line(row, redraw))),
-  ));
+  ))];
 }
 
 /** Table of one channel; a second model, where the record cannot decide, is folded away. */

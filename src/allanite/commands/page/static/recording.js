@@ -7,16 +7,19 @@ import * as catalogue from "./catalogue.js";
 import { h, fill, said } from "./dom.js";
 import { findingList } from "./findings.js";
 import { fields } from "./form.js";
+import { questions } from "./questions.js";
 import { lines } from "./lines.js";
 import { MeasurePanel } from "./measure.js";
-import { progress, run } from "./progress.js";
+import { followed, progress, run } from "./progress.js";
 import { SeriesView } from "./series.js";
 import { StudyView } from "./study.js";
 import { duration, samples } from "./wording.js";
 import * as work from "./work.js";
 
-const FIRST = ["unit", "rate"]; // what a log most often does not say
 const readings = new Map(); // what the user said of a recording, for as long as the page is open
+
+/** What was given channel by channel; one text for all of them is replaced by answers. */
+const byChannel = (given) => (given && typeof given === "object" ? given : {});
 
 export class RecordingView {
   constructor(session, id) {
@@ -34,8 +37,9 @@ export class RecordingView {
     this.reading.hidden = this.action.hidden = true;
     this.closer = new AnalysisPanel(session, { id, read: () => this.read });
     this.tabs = h("fieldset", { class: "choices tabs", hidden: true }, h("legend", { class: "hidden" }, "What to do with it"), this.tab("noise", "Noise"), this.tab("measure", "Earth rate and north"), this.tab("closer", "A closer look"));
-    // What is to be done next stands above the pictures: it is seen without scrolling.
-    this.place = h("div", {}, h("h1", {}, this.found ? catalogue.shortName(this.found.name) : "Recording"), this.tabs, this.action, this.reading, this.series, this.noise, this.measure.place, this.closer.place);
+    this.doing = h("div", { role: "status", class: "doing" });
+    // A result stands above what it was made from, and what is to be done next above the pictures: both are seen without scrolling.
+    this.place = h("div", {}, h("h1", {}, this.found ? catalogue.shortName(this.found.name) : "Recording"), this.tabs, this.doing, this.noise, this.closer.place, this.measure.place, this.reading, this.action, this.series);
   }
 
   tab(name, label) {
@@ -62,7 +66,8 @@ export class RecordingView {
   async load() {
     if (!this.found) throw new Error("This recording is not in the folder any more.");
     const [study] = catalogue.documents((d) => d.recording === this.id && d.format === "allanite-study");
-    await Promise.all([this.open(), study ? this.showStudy(study) : null]);
+    const job = work.all().find((j) => j.kind === "characterize" && j.recording === this.id && !work.isOver(j));
+    await Promise.all([this.open(), study ? this.showStudy(study) : null, job ? this.finish(followed(this.doing, job)) : null]);
   }
 
   // -- reading -----------------------------------------------------------------------------------------------
@@ -79,7 +84,7 @@ export class RecordingView {
         progress(doing, answer.job);
         const job = await work.finished(answer.job, (news) => progress(doing, news));
         if (this.closed) return;
-        if (job.state !== "done") return this.ask(job.state === "failed" ? job.message : "Opening was cancelled.", answer.job);
+        if (job.state !== "done") return this.ask(job.state === "failed" ? job.message : "Opening was canceled.", job.asks);
         answer = await post(`/api/recordings/${this.id}/open`, { read: this.read });
       }
     } catch (error) {
@@ -88,30 +93,51 @@ export class RecordingView {
     if (!this.closed) await this.show(answer.series);
   }
 
-  /** Something is missing in the file: ask for it here. */
-  ask(message) {
+  /** What a refusal names is asked for here; a file that cannot be read says so, and can be taken off the list. */
+  ask(message, asks = []) {
     fill(this.series);
-    this.series.hidden = true;
-    this.drawReading(true, message);
-    this.action.hidden = true;
-    this.reading.querySelector("input")?.focus();
+    this.series.hidden = this.action.hidden = true;
+    const asked = [...new Set([...asks, ...Object.keys(this.read)])];
+    if (asked.length) {
+      this.drawReading(h("div", { class: "banner warning", role: "alert" }, message), asked);
+      this.reading.querySelector("input, select")?.focus();
+      return;
+    }
+    fill(this.reading, h("h2", { id: "reading-title" }, "This file cannot be read"),
+      h("div", { class: "banner fatal", role: "alert" }, message),
+      h("div", { class: "bar" }, catalogue.listing(this.found, false), h("span", { class: "soft" }, "The file stays where it is.")),
+      h("details", {}, h("summary", {}, "Read it in another way"), this.readingForm(Object.keys(this.session.reading))));
+    this.reading.hidden = false;
+    this.action.before(this.reading);
   }
 
-  drawReading(open, message = "") {
+  /** The form of how the file is read: some options first, the others folded away. */
+  readingForm(first, before = null, more = () => ({})) {
     const options = this.session.reading;
-    const first = fields(options, { names: FIRST, given: this.read });
-    const others = fields(options, { names: Object.keys(options).filter((n) => !FIRST.includes(n)), given: this.read });
+    const shown = fields(options, { names: first, given: this.read });
+    const rest = Object.keys(options).filter((n) => !first.includes(n));
+    const others = fields(options, { names: rest, given: this.read });
     const again = said(async (event) => {
       event.preventDefault();
-      this.read = { ...first.values(), ...others.values() };
+      this.read = { ...shown.values(), ...others.values() };
+      for (const [name, answers] of Object.entries(more())) this.read[name] = { ...byChannel(this.read[name]), ...answers };
       readings.set(this.id, this.read);
       await this.open();
     });
-    const form = h("form", { onsubmit: again }, first.place, h("details", {}, h("summary", {}, "More about the file"), others.place), h("div", { class: "bar" }, h("button", { class: open ? "main" : "" }, "Open with this")));
+    return h("form", { onsubmit: again }, before, shown.place, rest.length ? h("details", {}, h("summary", {}, "More about the file"), others.place) : null,
+      h("div", { class: "bar" }, h("button", { class: before || first.length < Object.keys(options).length ? "main" : "" }, "Read the file with this")));
+  }
+
+  /** Above what is done with the file while something is open, and below the pictures once nothing is. */
+  drawReading(banner, first, asking = null) {
+    const options = Object.keys(this.session.reading);
     this.reading.hidden = false;
-    fill(this.reading, open
-      ? [h("h2", { id: "reading-title" }, "What the file does not say"), h("div", { class: "banner warning", role: "alert" }, message), form]
-      : h("details", { class: "flat" }, h("summary", { id: "reading-title" }, "How the file is read"), form));
+    if (banner || asking) {
+      fill(this.reading, h("h2", { id: "reading-title" }, "What the file does not say"), banner, this.readingForm(first, asking?.place, asking?.values));
+      return this.action.before(this.reading);
+    }
+    fill(this.reading, h("details", { class: "flat" }, h("summary", { id: "reading-title" }, "How the file is read"), this.readingForm(options)));
+    this.series.after(this.reading);
   }
 
   async show(meta) {
@@ -128,8 +154,7 @@ export class RecordingView {
     this.tabs.hidden = false;
     const facts = `${duration(meta.duration)}, ${samples(meta.samples)} samples at ${meta.rate} Hz`;
     fill(this.series, h("h2", { id: "series-title" }, "Time series ", h("span", { class: "soft" }, facts)), this.shown.place);
-    const unknown = meta.channels.filter((c) => c.kind === "unknown").map((c) => c.name);
-    this.drawReading(unknown.length > 0, unknown.length ? `The file does not say the unit of ${unknown.slice(0, 6).join(", ")}. Without it the results stay in the numbers of the file.` : "");
+    this.drawReading(null, [], meta.questions.length ? questions(meta.questions) : null);
     this.drawAction();
     await this.shown.draw();
   }
@@ -139,45 +164,52 @@ export class RecordingView {
   drawAction() {
     const { options } = this.session.kinds.characterize;
     const form = fields(options, { names: ["method", "accept", "statistic", "temperature", "warm_up"], given: this.asked });
-    const doing = (this.doing = h("div", { role: "status" }));
     const same = h("div", {});
     const preview = said(async () => {
       const body = { kind: "characterize", recording: this.id, read: this.read, options: form.values() };
       fill(same, lines(await post("/api/jobs/preview", body), same.querySelector("details")?.open));
     });
-    const button = h("button", { type: "button", class: "main", onclick: said(() => this.characterize(form.values())) }, this.study ? "Characterize again" : "Characterize");
+    const button = h("button", { type: "button", class: this.meta.questions.length || this.study ? "" : "main", onclick: said(() => this.characterize(form.values())) }, this.study ? "Characterize again" : "Characterize");
     this.button = button;
+    button.disabled = Boolean(this.busy);
     // A study says its findings itself.
     const health = this.found.health && !this.study ? findingList(this.found.health.findings) : null;
     fill(this.action,
       h("div", { class: "bar" }, button, h("span", { class: "soft" }, "Allan curve, noise model with intervals, imu.yaml, report")),
-      h("details", {}, h("summary", {}, "Options"), form.place), same, doing, health);
+      h("details", {}, h("summary", {}, "Options"), form.place), same, health);
     form.place.addEventListener("change", preview);
     this.action.hidden = (this.tabbed || "noise") !== "noise";
     preview();
   }
 
   async characterize(options) {
-    this.button.disabled = true;
     this.asked = options;
+    await this.finish(run(this.doing, { kind: "characterize", recording: this.id, read: this.read, options }));
+  }
+
+  /** Its result is what one sees next. */
+  async finish(promised) {
+    this.busy = true;
+    if (this.button) this.button.disabled = true;
     try {
-      const job = await run(this.doing, { kind: "characterize", recording: this.id, read: this.read, options });
+      const job = await promised;
       if (!job || this.closed) return;
       await catalogue.refresh();
       const document = catalogue.documentById(job.document);
-      if (document && !this.closed) await this.showStudy(document);
+      if (!document || this.closed) return;
+      const shown = this.showStudy(document);
+      this.place.scrollIntoView({ block: "start" });
+      await shown;
     } finally {
-      this.button.disabled = false;
+      this.busy = false;
+      if (this.button) this.button.disabled = false;
     }
   }
 
   async showStudy(document) {
     this.study?.close();
     const subject = { recording: this.id, read: this.read };
-    this.study = new StudyView(this.session, document, subject, (options) => {
-      this.action.scrollIntoView({ block: "center" });
-      return this.characterize({ ...this.asked, ...options });
-    });
+    this.study = new StudyView(this.session, document, subject, (options) => this.characterize({ ...this.asked, ...options }));
     const studies = catalogue.documents((d) => d.recording === this.id && d.format === "allanite-study");
     const select = h("select", { "aria-label": "Study" }, studies.map((d) => h("option", { value: d.id }, d.name.replace(/^allanite-results\//, ""))));
     select.value = document.id;

@@ -3,7 +3,7 @@
 
 import { get } from "./api.js";
 import { Said } from "./blocks.js";
-import { h, fill, said, unique } from "./dom.js";
+import { h, fill, said } from "./dom.js";
 import { save } from "./exports.js";
 import { lines } from "./lines.js";
 import { run } from "./progress.js";
@@ -22,7 +22,7 @@ function files({ document, files: all, address }) {
     if (job) save(`/api/jobs/${job.id}/files/0`);
   });
   const others = all.filter((f) => f !== report).map((f) => h("a", { class: "button", href: address(f), download: "" }, f.name));
-  return [h("div", { class: "bar" }, h("button", { type: "button", class: "main", onclick: make }, "Report"), others), doing];
+  return [h("div", { class: "bar take", role: "group", "aria-label": "Files" }, h("button", { type: "button", class: "main", onclick: make }, "Report"), others), doing];
 }
 
 /** A place that holds one result at a time. */
@@ -35,9 +35,10 @@ export class ResultView {
     this.said?.close();
   }
 
-  /** Show the result of a job that is done; `more` stands below it. */
-  show(job, more = null) {
-    return this.draw({ document: job.document, files: job.files, address: (f) => `/api/jobs/${job.id}/files/${f.index}`, same: job }, more);
+  /** Show the result of a job that is done, and bring it into view; `more` stands below it. */
+  async show(job, more = null) {
+    await this.draw({ document: job.document, files: job.files, address: (f) => `/api/jobs/${job.id}/files/${f.index}`, same: job }, more);
+    this.place.scrollIntoView({ block: "start" });
   }
 
   /** Show a result of the folder. */
@@ -49,9 +50,7 @@ export class ResultView {
   async draw(subject, more) {
     this.close();
     this.said = new Said((dark) => get(`/api/documents/${subject.document}/said?dark=${dark ? 1 : 0}`));
-    const id = unique("take");
-    fill(this.place, this.said.place, more,
-      h("section", { "aria-labelledby": id }, h("h2", { id }, "Take it with you"), files(subject), lines(subject.same)));
+    fill(this.place, files(subject), this.said.place, more, lines(subject.same));
     await this.said.load(isDark());
     this.place.dataset.drawn = "yes";
   }

@@ -5,13 +5,17 @@ import { get } from "./api.js";
 import { Said } from "./blocks.js";
 import { CurvePanel } from "./curve.js";
 import { h, fill } from "./dom.js";
-import { exportBar } from "./exports.js";
+import { exportBar, takeBar } from "./exports.js";
 import { findingList } from "./findings.js";
 import { lines } from "./lines.js";
 import { otherTerms } from "./otherterms.js";
 import { parameterTable } from "./parameters.js";
 import { isDark } from "./theme.js";
 import * as work from "./work.js";
+
+// Numbers of all axes first, then what is to be known of them.
+const FIRST = ["banner", "table"];
+const numbersFirst = (blocks) => [...FIRST.flatMap((kind) => blocks.filter((b) => b.kind === kind)), ...blocks.filter((b) => !FIRST.includes(b.kind))];
 
 /**
  * Show the study of a document of the catalogue.
@@ -46,11 +50,13 @@ export class StudyView {
       return this.curve.draw();
     };
     this.fit = this.subject && otherTerms(this.session, this.subject, table, drawn, () => this.curve.name);
-    this.verdict = this.sections("verdict");
-    this.more = this.sections("environment,longer,record,spectra");
+    this.verdict = this.sections("verdict", numbersFirst);
+    // The series of a recording that is at hand says more than the picture of it.
+    this.more = this.sections(this.subject ? "environment,longer,spectra" : "environment,longer,record,spectra");
     const job = work.all().find((j) => j.document === id);
     fill(
       this.place,
+      takeBar(this.document),
       this.verdict.place,
       h("section", { class: "noise", "aria-labelledby": "curve-title" }, h("h2", { id: "curve-title" }, "Noise"), this.curve.place, this.fit),
       h("section", { "aria-labelledby": "parameters-title" }, h("h2", { id: "parameters-title" }, "Parameters"), this.parameters),
@@ -65,8 +71,8 @@ export class StudyView {
   }
 
   /** Sections of the report: the same blocks. */
-  sections(only) {
-    return new Said((dark) => get(`/api/documents/${this.document.id}/said?dark=${dark ? 1 : 0}&only=${only}`));
+  sections(only, order) {
+    return new Said((dark) => get(`/api/documents/${this.document.id}/said?dark=${dark ? 1 : 0}&only=${only}`), order);
   }
 
   /** The channel that is looked at. */
