@@ -690,7 +690,8 @@ _CUT = """
 () => {
   const wide = document.documentElement.scrollWidth > innerWidth ? ["the page"] : [];
   const hints = (e) => getComputedStyle(e).backgroundImage.split("gradient").length > 4;
-  const cut = [...document.querySelectorAll("main *, aside *, header *")].filter((e) => e.clientWidth > 1 && e.scrollWidth > e.clientWidth + 1
+  const cut = [...document.querySelectorAll("main *, aside *, header *")].filter((e) =>
+    e.clientWidth > 1 && e.scrollWidth > e.clientWidth + 1
     && getComputedStyle(e).overflowX !== "visible" && !e.closest("svg, select, input, .hidden") && !hints(e));
   return [...wide, ...cut.map((e) => e.outerHTML.slice(0, 160))];
 }

@@ -21,6 +21,8 @@ from starlette.routing import Route
 
 from allanite.commands.page import guard
 from allanite.commands.page.application import Application
+from allanite.commands.page.catalogue import Catalogue
+from allanite.commands.page.server import address_of
 from allanite.commands.page.settings import Settings, checked_settings
 from allanite.errors import InputError
 from page_client import BASE, PORT, Browser, application, small_log
@@ -287,6 +289,13 @@ def test_w1_another_address_needs_a_token(tmp_path: Path, run: Run) -> None:
         checked_settings(tmp_path / "none", host=None, token=None)
     assert checked_settings(tmp_path, host="0.0.0.0", token="k" * 16)[1] == "0.0.0.0"
     assert checked_settings(tmp_path, host=None, token=None)[1] == "127.0.0.1"
+    log = tmp_path / "log.xyz"
+    log.write_bytes(b"no recording that anything knows")
+    assert checked_settings(log, host=None, token=None)[0] == tmp_path.resolve()
+    # A log that is named is opened first, and listed whatever it looks like: its reader says what it is.
+    settings = Settings(folder=tmp_path, port=1, cache=tmp_path / "cache", log=log)
+    (listed,) = Catalogue(settings).scan()["recordings"]
+    assert address_of(settings).endswith(f"#/recording/{listed['id']}") and listed["name"] == "log.xyz"
     served = Settings(folder=tmp_path, host="0.0.0.0", port=80, cache=tmp_path)
     door = guard.Guard(lambda *_: None, served)  # type: ignore[arg-type,return-value]
     assert door._is_own("192.168.1.5") and door._is_own("[fe80::1]:80") and not door._is_own("evil.com")

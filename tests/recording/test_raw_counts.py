@@ -13,6 +13,7 @@ from allanite.errors import InputError
 from allanite.files.readers import read
 from allanite.recording.health import Finding, check
 from allanite.recording.health.raw_counts import raw_counts
+from allanite.recording.health.scale_questions import scale_questions
 from allanite.recording.health.survey import survey
 from allanite.recording.records import Recording
 
@@ -56,6 +57,24 @@ def test_the_advice_makes_a_rate_and_an_acceleration(tmp_path: Path) -> None:
     norm = np.linalg.norm([c.scale * got.values(c.name).mean() for c in got.channels[3:]])
     assert norm == pytest.approx(9.80665, rel=2e-3)
     assert not hints(got)
+    # A page asks sensor by sensor for what the finding advises.
+    gyro, acc = scale_questions(read(path))
+    assert (gyro.option, gyro.keys, gyro.likely) == ("scale_factor", ("g",), "")
+    assert [a.value.split()[0] for a in gyro.answers] == ["131", "65.5", "32.8", "16.4"]
+    assert (acc.option, acc.keys, acc.likely) == ("scale_factor", ("a",), factors["a"])
+    assert acc.likely in [a.value for a in acc.answers] and "gravity" in acc.reason
+    assert not scale_questions(got)
+
+
+@pytest.mark.parametrize(("length", "unit"), [(9.80665, "m/s^2"), (1.0, "g"), (1000.0, "mg"), (3.0, "")])
+def test_gravity_tells_the_unit_of_an_accelerometer(length: float, unit: str) -> None:
+    y = length * (np.random.default_rng(5).normal(scale=1e-3, size=(500, 3)) + [0.6, 0.0, 0.8])
+    log = recorded({**dict(zip(("acc_x", "acc_y", "acc_z"), y.T, strict=True)), "acc_temp": y[:, 0]})
+    (asked,) = scale_questions(recorded({name: log.values(name) for name in log.names[:3]}))
+    assert (asked.option, asked.likely, asked.keys) == ("unit", unit, ("acc",))
+    assert unit in ("", *(a.value for a in asked.answers))
+    # The beginning of a name is no name for a group where it names others as well.
+    assert scale_questions(log)[0].keys == log.names[:3]
 
 
 def test_wider_words_have_their_own_ranges() -> None:

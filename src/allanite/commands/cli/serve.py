@@ -31,9 +31,9 @@ def serve(
 ) -> None:
     """Open a local web page over a folder of logs and results.
 
-    With a LOG the page serves its folder and opens that log. Only this machine can reach the page, and only with the token in the printed address. Results go to allanite-results
-    in the folder, dropped files to allanite-dropped, runs to allanite-runs. Ctrl-C stops the server; recorders started from
-    the page continue.
+    With a LOG the page serves its folder and opens that log. Only this machine can reach the page, and only with the
+    token in the printed address. Results go to allanite-results in the folder, dropped files to allanite-dropped, runs
+    to allanite-runs. Ctrl-C stops the server; recorders started from the page continue.
     """
     from allanite.commands import page
 

@@ -230,12 +230,16 @@ class Application:
         try:
             return plain({"recording": await run_in_threadpool(self.catalogue.add, path)}, 201)
         except Refused as refused:
-            task = {"task": "refusal", "log": path_word(path, self.settings), "cwd": str(self.settings.folder)}
+            task = {
+                "task": "attempt",
+                "log": path_word(path, self.settings),
+                "cwd": str(self.settings.folder),
+            }
             try:
                 answer = await self._waited(self.quick.ask, task)
             finally:
                 path.unlink(missing_ok=True)
-            words = str((answer.get("result") or {}).get("message", ""))
+            words = str(answer.get("message", ""))
             raise Refused(400, words.removeprefix(f"{path.name}: ") or str(refused)) from None
 
     @_answering
@@ -247,7 +251,9 @@ class Application:
     def _list(self, given: str, listed: object) -> Json:
         if not isinstance(listed, bool):
             raise Refused(400, "listed is yes or no (true, false)")
-        self.catalogue.keep(self.catalogue.recording(given).identity, "removed", {} if listed else {"removed": True})
+        self.catalogue.keep(
+            self.catalogue.recording(given).identity, "removed", {} if listed else {"removed": True}
+        )
         return self.catalogue.scan()
 
     # -- series -----------------------------------------------------------------------------------------------

@@ -299,7 +299,8 @@ class Jobs:
             "ended": None if job.ended is None else utc(job.ended),
             "seconds": 0.0 if job.started is None else round(now - job.started, 3),
             "command": job.work.command, "python": job.work.python, "exit": job.exit, "lossy": job.exit == _LOSS,
-            "message": job.message, "asks": asked_for(job.message), "notes": job.notes, "recording": job.work.recording, "document": document,
+            "message": job.message, "asks": asked_for(job.message), "notes": job.notes,
+            "recording": job.work.recording, "document": document,
             "series": job.work.series["key"] if job.work.series and job.state == "done" else None,
             "files": [{"index": i, "name": p.name, "size": p.stat().st_size} for i, p in files],
         }  # fmt: skip

@@ -17,7 +17,17 @@ from allanite.commands import option
 from allanite.commands.option import Option
 from allanite.commands.page.replies import Refused
 
-__all__ = ["READING", "Code", "Spelt", "asked_for", "checked", "code_of", "described", "given_in", "number_text"]
+__all__ = [
+    "READING",
+    "Code",
+    "Spelt",
+    "asked_for",
+    "checked",
+    "code_of",
+    "described",
+    "given_in",
+    "number_text",
+]
 
 _LONGEST = 2000  # characters of a text
 _MOST = 1000  # members of a list

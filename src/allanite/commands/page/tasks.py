@@ -109,21 +109,17 @@ def attached(task: Json, advance: Advance) -> Json:
     return listed_here()
 
 
-def refusal(task: Json, advance: Advance) -> Json:
-    """What the command line says of a file that looks like no recording; "" where it reads it."""
-    from allanite.commands.cli.failures import failure
+def attempt(task: Json, advance: Advance) -> Json:
+    """Read a file that looks like no recording: what its reader says of it is raised."""
     from allanite.commands.recordings import read_part
 
-    try:
-        read_part(task["log"])
-    except Exception as error:  # noqa: BLE001 - as a command ends
-        return {"message": failure(error)[1]}
-    return {"message": ""}
+    read_part(task["log"])
+    return {}
 
 
 TASKS: Mapping[str, Callable[[Json, Advance], Json]] = {
     "series": prepare, "figure": draw, "parameters": parameters, "said": said, "live-curve": live_curve,
-    "attached": attached, "refusal": refusal,
+    "attached": attached, "attempt": attempt,
 }  # fmt: skip
 """By name, as the server asks for them."""
 

@@ -89,7 +89,7 @@ def gyro_scales(group: Sequence[ChannelSurvey]) -> list[tuple[str, float]]:
 
 
 def gravity_scale(triad: Sequence[ChannelSurvey]) -> tuple[float, float, str] | None:
-    """Length of the mean in counts, the usual counts for each g that it agrees with, and their range; None for no such."""
+    """Length of the mean in counts, the usual counts for each g that agree with it, and their range, if there are."""
     norm = math.sqrt(sum(s.mean**2 for s in triad))
     match = next((pair for pair in SENSITIVITIES if abs(norm / pair[0] - 1.0) < _AGREES), None)
     return None if match is None or any(moved(s) for s in triad) else (norm, *match)
@@ -99,8 +99,8 @@ def _gyro(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
     scales = gyro_scales(group)
     listed = ", ".join(f"{scale} for ±{reach:g} deg/s" for scale, reach in scales)
     return "", (
-        f"if so, --scale-factor '{_key(group)}={scales[0][0]} LSB/(deg/s)', with the number of the range that was set at "
-        f"{_bits_of(group)} bits: {listed}"
+        f"if so, --scale-factor '{_key(group)}={scales[0][0]} LSB/(deg/s)', with the number of the range that was set "
+        f"at {_bits_of(group)} bits: {listed}"
     )
 
 
@@ -154,7 +154,9 @@ def _key(group: Sequence[ChannelSurvey]) -> str:
 def names_taken(group: Sequence[str], among: Sequence[str]) -> list[str]:
     """What an option by channel calls a group: what its names begin with, where that names no other; else each name."""
     first = group[0]
-    stem = first[: next((k for k in range(len(first)) if len({name[: k + 1] for name in group}) > 1), len(first))]
+    stem = first[
+        : next((k for k in range(len(first)) if len({name[: k + 1] for name in group}) > 1), len(first))
+    ]
     unique = all((name in group) == name.casefold().startswith(stem.casefold()) for name in among)
     return [stem.rstrip("_")] if stem.rstrip("_") and unique else [*group]
 

@@ -13,7 +13,13 @@ import numpy as np
 
 from allanite.recording.channel_names import Sensor, sensor_called
 from allanite.recording.health.meaning import triads
-from allanite.recording.health.raw_counts import SENSITIVITIES, gravity_scale, gyro_scales, looks_raw, names_taken
+from allanite.recording.health.raw_counts import (
+    SENSITIVITIES,
+    gravity_scale,
+    gyro_scales,
+    looks_raw,
+    names_taken,
+)
 from allanite.recording.health.survey import ChannelSurvey, survey
 from allanite.recording.records import Channel, Kind, Recording
 
@@ -98,7 +104,9 @@ def scale_questions(recording: Recording) -> tuple[ScaleQuestion, ...]:
 
 def _beginning(recording: Recording, channel: Channel) -> Recording:
     samples = recording.raw(channel.name, 0, _ENOUGH)
-    return Recording.from_rate(samples, rate=recording.rate, unit=channel.unit or "unknown", names=[channel.name])
+    return Recording.from_rate(
+        samples, rate=recording.rate, unit=channel.unit or "unknown", names=[channel.name]
+    )
 
 
 def _questions(surveys: Sequence[ChannelSurvey], among: Sequence[str]) -> Iterator[ScaleQuestion]:
@@ -140,7 +148,10 @@ def _by_gravity(group: Sequence[ChannelSurvey], *, counts: bool) -> tuple[str, s
         if counts:
             if match := gravity_scale(triad):
                 norm, scale, words = match
-                return f"{scale:.0f} LSB/g", f"the mean is {norm:.5g} counts long; gravity is {scale:.0f} for {words}"
+                return (
+                    f"{scale:.0f} LSB/g",
+                    f"the mean is {norm:.5g} counts long; gravity is {scale:.0f} for {words}",
+                )
             continue
         norm = math.sqrt(sum(s.mean**2 for s in triad))
         for unit, gravity in _GRAVITY:

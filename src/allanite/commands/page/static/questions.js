@@ -8,6 +8,8 @@ const SENSORS = { gyro: "Gyroscope", accelerometer: "Accelerometer", temperature
 const OTHER = "other";
 const EXAMPLE = { unit: "µT, or 131 LSB/(deg/s)", scale_factor: "131 LSB/(deg/s), or deg/s" };
 
+const minus = (number) => String(number).replace("-", "−");
+
 /** A scale factor is a quotient by what is counted or measured in its place; all else is a unit. */
 const optionOf = (text) => (/LSB|count|\bm?V\b/i.test(text) && text.includes("/") ? "scale_factor" : "unit");
 
@@ -15,7 +17,7 @@ function question({ sensor, channels, keys, option, low, high, answers, likely, 
   const id = unique("question");
   const counts = option === "scale_factor";
   const facts = counts
-    ? `${channels.join(", ")}: whole numbers from ${low} to ${high}. How many counts are one ${sensor === "accelerometer" ? "g" : "deg/s"}?`
+    ? `${channels.join(", ")}: whole numbers from ${minus(low)} to ${minus(high)}. How many counts are one ${sensor === "accelerometer" ? "g" : "deg/s"}?`
     : `${channels.join(", ")}: numbers from ${digits(low)} to ${digits(high)}. In which unit?`;
   const words = (a) => (a.words ? `${a.value} (${a.words})` : a.value);
   const select = h("select", { id, "aria-describedby": `${id}-help` },
