@@ -100,6 +100,12 @@ def test_cards_of_a_page_are_its_table_of_contents() -> None:
     assert list(children("<!-- pages -->\n| [b](b.md) |\n", "a")) == [("", "b")]
 
 
+def test_sections_with_a_picture_are_thumbnails() -> None:
+    page = "# A\n\n<!-- thumbnails -->\n\n## B, c\n\nText\n\n![d](e.png)\n\n![f](g.png)\n\n## H\n\n## I\n![j](k.png)\n"
+    overview, _, _ = for_sphinx(page, "docs/a").partition("\n\n## B")
+    assert overview == "# A\n\n{.thumbnails}\n* [![](e.png) B, c](#b-c)\n* [![](k.png) I](#i)"
+
+
 def test_every_public_name_has_its_docstring_on_the_site() -> None:
     import allanite
     from allanite import compat, instruments

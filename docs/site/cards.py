@@ -3,7 +3,8 @@
 
 ``<!-- cards -->`` makes cards of the list that follows, ``<!-- pages -->`` leaves what follows as it is. Either way,
 the pages to which that list or table links become the children of this page, in its order. The text of its card is the
-title of a page in the table of contents; other pages keep their own.
+title of a page in the table of contents; other pages keep their own. ``<!-- thumbnails -->`` makes an overview of the
+sections of a page by their first pictures; GitHub shows none.
 """
 
 from __future__ import annotations
@@ -29,6 +30,10 @@ PAGES = (
 
 _ASKS = re.compile(r"^<!-- (?P<what>cards|pages) -->\n+(?P<block>(?:.+\n)+)", re.M)
 _LINK = re.compile(r"\[(?P<text>[^\]]+)\]\((?P<target>[^)#\s:]+\.md)\)")
+_THUMBNAILS = "<!-- thumbnails -->\n"
+_SECTION = re.compile(
+    r"^## (?P<title>.+)\n(?P<text>(?:(?!## ).*\n)*?)!\[[^\]]*\]\((?P<picture>[^)]+)\)", re.M
+)
 _COMMENT = re.compile(r"<!--.*?-->\n?", re.S)
 
 
@@ -46,6 +51,7 @@ def children(text: str, document: str) -> Iterator[tuple[str, str]]:
 def for_sphinx(text: str, document: str) -> str:
     """A page with its cards marked for the style sheet, its children in a hidden table of contents, no comments."""
     inside = list(children(text, document))
+    text = text.replace(_THUMBNAILS, "".join(_thumbnails(text)))
     shown = _COMMENT.sub("", _ASKS.sub(_marked, text))
     if not inside:
         return shown
@@ -55,3 +61,11 @@ def for_sphinx(text: str, document: str) -> str:
 
 def _marked(ask: re.Match[str]) -> str:
     return ("{.cards}\n" if ask["what"] == "cards" else "") + ask["block"]
+
+
+def _thumbnails(text: str) -> Iterator[str]:
+    """A list of the sections that have a picture, each with its first."""
+    yield "{.thumbnails}\n"
+    for section in _SECTION.finditer(text):
+        anchor = re.sub(r"[^\w\- ]", "", section["title"].lower()).replace(" ", "-")
+        yield f"* [![]({section['picture']}) {section['title']}](#{anchor})\n"
