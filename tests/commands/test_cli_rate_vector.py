@@ -78,15 +78,15 @@ def test_three_axes_at_rest_give_the_rate_vector(run: Run, logs: Path, tmp_path:
     out = tmp_path / "out"
     done = run("earth-rate", logs / "rest.parquet", *PLACE, "--out", out, "--plot", tmp_path / "vector.pdf")
     assert done.code == 0, done.err
-    assert done.out.startswith("Resolved: ")
+    assert done.out.startswith("Resolved. ")
     document = json.loads((out / "rate-vector.json").read_text(encoding="utf-8"))
     assert document["format"] == "allanite-rate-vector"
-    low, high = document["interval"]
-    assert low < EARTH_RATE < high
+    length = document["magnitude"]
+    assert length["lower"] < EARTH_RATE < length["upper"]
     # white noise alone: three axes, each known to WHITE over the root of the time at rest
-    assert abs(document["length"] - EARTH_RATE) < 5 * WHITE / math.sqrt(LENGTH - 60)
+    assert abs(length["value"] - EARTH_RATE) < 5 * WHITE / math.sqrt(LENGTH - 60)
     for words in (
-        "length of the vector",
+        "Length of the vector",
         "15.041",
         "gz",
         "moves more than the quiet parts",
@@ -114,7 +114,7 @@ def test_three_axes_at_rest_give_the_rate_vector(run: Run, logs: Path, tmp_path:
 def test_biases_make_it_no_measurement_of_the_earth(run: Run, logs: Path) -> None:
     done = run("earth-rate", logs / "biased.parquet", *PLACE)
     assert done.code == 0
-    assert done.out.startswith("Inconsistent with Earth: ")
+    assert done.out.startswith("Inconsistent with Earth. ")
     assert "not passed" in done.out
     assert "urn the sensor" in done.out
 
@@ -213,7 +213,7 @@ def test_volts_and_slow_logs(run: Run, logs: Path, tmp_path: Path) -> None:
 def test_a_rate_vector_is_drawn_from_its_record(logs: Path) -> None:
     record = al.read(logs / "rest.parquet")
     found = measure_rate_vector(record, latitude=LATITUDE)
-    assert len(sheet_of(found).panels) == 1  # the length alone: the result holds no samples
+    assert len(sheet_of(found).panels) == 4  # the length and the means: the result holds no samples
     whole = sheet_of(found, recording=record)
     assert len(whole.panels) == 7
     (length,) = sheet_of(found, view="length").panels
@@ -234,7 +234,7 @@ def test_a_record_without_rest_has_a_report(run: Run, tmp_path: Path) -> None:
     write_recording(of_axes(moving), tmp_path / "moving.parquet")
     done = run("earth-rate", tmp_path / "moving.parquet", *PLACE, "--out", tmp_path / "out")
     assert done.code == 0, done.err
-    assert done.out.startswith("Not resolved: ")
+    assert done.out.startswith("Not resolved. ")
     assert "NaN" not in (tmp_path / "out" / "rate-vector.json").read_text(encoding="utf-8")
 
 
@@ -265,15 +265,15 @@ def test_a_bias_that_follows_the_turns_is_found(run: Run, east_west: Path, tmp_p
     options = [*PLACE, "--model", GOOD, "--headings", east_west / "positions.csv", "--null"]
     done = run("north", east_west / "bias.parquet", *options, "--out", tmp_path / "out")
     assert done.code == 0, done.err
-    assert done.out.startswith("A bias follows the turns: ")
+    assert done.out.startswith("A bias follows the turns. ")
     document = json.loads((tmp_path / "out" / "east-west-null.json").read_text(encoding="utf-8"))
-    low, high = document["interval"]
-    assert low < 3 * DEG_H < high
+    bias = document["following"]
+    assert bias["lower"] < 3 * DEG_H < bias["upper"]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "A bias follows the turns." in page
     assert "banner fatal" in page
     none = run("north", east_west / "none.parquet", *options, "--heading-uncertainty", "1deg")
-    assert none.out.startswith("No bias that follows the turns: ")
+    assert none.out.startswith("No bias that follows the turns. ")
     row = next(line.split() for line in none.out.splitlines() if line.startswith("heading "))
     # a heading off by 1 deg lets in so much of the Earth
     share = 100 * math.cos(LATITUDE) * math.radians(1)

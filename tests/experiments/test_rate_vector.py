@@ -21,6 +21,7 @@ from allanite.experiments.earth_rate import SetupUncertainty
 from allanite.experiments.rate_vector import RateVector, measure_rate_vector
 from allanite.experiments.rate_vector.stretches import MOVING, cut, rest
 from allanite.experiments.rate_vector.vectors import _bent_interval
+from allanite.experiments.rate_vector.verdict import LeftOut
 from allanite.noise import Flicker, NoiseModel, White
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.records import Recording
@@ -152,7 +153,7 @@ def test_a_sway_is_found_where_it_is(rng: np.random.Generator) -> None:
     since = np.maximum(time - 600, 0)
     rates[:, 0] += np.where(time >= 600, 1e-3 * 4 * np.cos(4 * since) * np.exp(-since / 5), 0.0)
     found = measured(rates)
-    moving = [s for s in found.left_out if s.why.startswith("moves")]
+    moving = [s for s in found.left_out if s.why is LeftOut.MOVING]
     assert len(moving) == 1
     assert 590 < moving[0].start <= 600 and 610 < moving[0].stop < 680
     assert found.resolved
@@ -163,7 +164,7 @@ def test_a_slow_rotation_without_spread_is_left_out(rng: np.random.Generator) ->
     time = clock(rates)
     rates[:, 1] += np.where((time > 500) & (time < 560), 2 * DEG_H, 0.0)
     found = measured(rates)
-    slow = [s for s in found.left_out if "slow rotation" in s.why]
+    slow = [s for s in found.left_out if s.why is LeftOut.OFF]
     assert slow and 495 < slow[0].start < 515 and 545 < slow[-1].stop < 570
     assert found.interval[0] < EARTH_RATE < found.interval[1]
 
@@ -200,7 +201,7 @@ def test_a_record_that_never_rests_gives_no_number(rng: np.random.Generator) -> 
     found = measured(rates)
     assert found.verdict == "not resolved" and "no quiet stretch" in found.reason
     assert math.isnan(found.length) and found.interval == (0.0, math.inf)
-    assert json.loads(json.dumps(found.to_json()))["length"] is None
+    assert json.loads(json.dumps(found.to_json()))["magnitude"]["value"] is None
 
 
 @pytest.mark.parametrize("n", [3, 300, 900])

@@ -153,7 +153,7 @@ class Command:
         measured = make(
             log, accept=accept, model=model, command=command, source=source, progress=progress, **options
         )
-        if isinstance(measured.document, Mapping):
+        if measured.tables:
             return measured
         tables: dict[str, Callable[[Result], Iterable[dict[str, object]]]] = {
             file: _loaded(rows) for file, rows in self.tables.items()

@@ -30,7 +30,6 @@ from allanite.commands.turned import (
 )
 from allanite.commands.vector import AXES, is_vector, vector_of
 from allanite.errors import InputError
-from allanite.plain_files.regular_file import file_sha256
 
 if TYPE_CHECKING:
     from allanite.experiments.north import EastWestNull, NorthEstimate
@@ -100,12 +99,12 @@ def earth_rate_of(
     if is_vector(whole, forced=vector, turned=turned):
         return vector_of(
             part_of(whole, start, stop),
+            log=log,
             latitude=latitude,
             model=None if model is None else str(model),
             forced=vector,
             accept=accept,
             estimate={"bias": bias_uncertainty, "stated": stated, "confidence": confidence},
-            sha256=file_sha256(log),
             command=command,
             progress=advance,
         )

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from allanite.quantities.result import Result
     from allanite.recording.health import Finding
     from allanite.recording.records import Recording
-    from allanite.study.result_document import Reportable
+    from allanite.study.result_document import Overview, Reportable
 
 __all__ = [
     "MeasurementResult",
@@ -38,6 +38,7 @@ __all__ = [
     "file_names",
     "measured_result",
     "origin_of",
+    "overview_of",
     "provenance",
     "refuse_measurement",
     "save_json",
@@ -97,23 +98,38 @@ def origin_of(
     channel: str | None = None,
 ) -> dict[str, Any]:
     """What a `ResultDocument` holds of the log that it is made from, with the overview of a channel if one is named."""
-    from allanite.study.result_document import Overview, Provenance, RecordFacts
-    from allanite.views.figures.records import overview
+    from allanite.study.result_document import Provenance, RecordFacts
 
     return {
-        "overview": None if channel is None else Overview.from_json(overview(recording, channel)),
+        "overview": None if channel is None else overview_of(recording, channel),
         "provenance": Provenance(**provenance(recording.source, file_sha256(log), command)),
         "recording": RecordFacts.of(recording),
         "findings": tuple(findings),
     }
 
 
-def measured_result(name: str, result: Result, *, lossy: bool, **origin: Any) -> MeasurementResult:
-    """A result with where it comes from: the fields of `Origin`. `Command.measure` adds its tables."""
+def overview_of(recording: Recording, channel: str) -> Overview:
+    """What a picture of one channel needs."""
+    from allanite.study.result_document import Overview
+    from allanite.views.figures.records import overview
+
+    return Overview.from_json(overview(recording, channel))
+
+
+def measured_result(
+    name: str,
+    result: Result,
+    *,
+    lossy: bool,
+    tables: Mapping[str, Iterable[Json]] | None = None,
+    **origin: Any,
+) -> MeasurementResult:
+    """A result with where it comes from: the fields of `Origin`. `Command.measure` makes tables that are not given."""
     from allanite.study.result_document import ResultDocument
 
     document = ResultDocument(result=result, **origin)
-    return MeasurementResult(result=result, document=document, name=name, tables={}, lossy=lossy)
+    rows = {file: [*made] for file, made in (tables or {}).items()}
+    return MeasurementResult(result=result, document=document, name=name, tables=rows, lossy=lossy)
 
 
 def beside(

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.commands.measurement import MeasurementResult, beside
+from allanite.commands.measurement import MeasurementResult, measured_result, origin_of, overview_of
 from allanite.commands.turned import judged, models_for, rates_of
 from allanite.errors import InputError
 from allanite.recording.channel_names import for_shell
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["AXES", "STRETCHES", "is_vector", "vector_of"]
 
-Json = Mapping[str, Any]
 Advance = Callable[[float, str], None]
 
 STRETCHES = "stretches.csv"
@@ -83,12 +83,12 @@ def _three_of(recording: Recording, rates: Sequence[str]) -> str:
 def vector_of(
     recording: Recording,
     *,
+    log: str | os.PathLike[str],
     latitude: float,
     model: str | None = None,
     forced: bool = False,
     accept: Collection[str] = (),
     estimate: Mapping[str, Any] | None = None,
-    sha256: str | None = None,
     command: str | None = None,
     progress: Advance | None = None,
 ) -> MeasurementResult:
@@ -96,6 +96,8 @@ def vector_of(
 
     Parameters
     ----------
+    log : path
+        Where it comes from.
     forced : bool
         Go on where the sensor was turned by half a turn, too.
 
@@ -107,8 +109,7 @@ def vector_of(
         A fatal finding in the quiet stretches that was not accepted.
     """
     from allanite.experiments.rate_vector import measure_rate_vector
-    from allanite.views.figures.records import overview
-    from allanite.views.figures.vector import quiet_means
+    from allanite.views.rate_vector import rows
 
     advance = progress or (lambda fraction, what: None)
     part, axes = _inertial(recording), rates_of(recording)
@@ -128,19 +129,14 @@ def vector_of(
     )
     if any(f.excludes for f in ready.findings):
         vector = measure_rate_vector(ready.recording, **options)
-    document: dict[str, Any] = {
-        **vector.to_json(),
-        **beside(part, None, ready.findings, sha256, command),
-        "model_name": _model_name(list(where.values())),
-        "overviews": [overview(part, name) for name in axes],
-    }
-    document["quiet_means"] = quiet_means(ready.recording, document)
-    return MeasurementResult(
-        result=document,
-        document=document,
-        name="rate-vector",
-        tables={STRETCHES: _rows(document)},
+    return measured_result(
+        "rate-vector",
+        vector,
         lossy=ready.lossy,
+        tables={STRETCHES: rows(vector)},
+        model_name=_model_name(list(where.values())),
+        overviews=tuple(overview_of(part, name) for name in axes),
+        **origin_of(part, ready.findings, log, command),
     )
 
 
@@ -167,7 +163,9 @@ def _moving(vector: RateVector, rate: float) -> NDArray[np.int64]:
     """Samples of the stretches that were left out because the sensor moved."""
     import numpy as np
 
-    spans = [(s.start, s.stop) for s in vector.left_out if s.why != "samples missing"]
+    from allanite.experiments.rate_vector.verdict import LeftOut
+
+    spans = [(s.start, s.stop) for s in vector.left_out if s.why is not LeftOut.MISSING]
     return np.round(np.array(spans, dtype=np.float64).reshape(-1, 2) * rate).astype(np.int64)
 
 
@@ -176,18 +174,3 @@ def _model_name(names: list[str]) -> str:
     if len(set(names)) == 1:
         return names[0]
     return f"{Path(names[0].split(', channel')[0]).name}, for each axis its own"
-
-
-def _rows(document: Json) -> list[Json]:
-    """One row for each stretch, in the order of time."""
-    both = [*document["used"], *document["left_out"]]
-    return [
-        {
-            "start_s": f"{s['start']:.6f}",
-            "stop_s": f"{s['stop']:.6f}",
-            "used": "no" if s["why"] else "yes",
-            "why": s["why"],
-            "pose": s["pose"] if s["pose"] >= 0 else "",
-        }
-        for s in sorted(both, key=lambda s: float(s["start"]))
-    ]

@@ -163,6 +163,8 @@ class Origin(Result):
         Of the noise model that was given; "" for none.
     overview : Overview or None
         Of the channel whose record the report draws; None where it draws none.
+    overviews : tuple of Overview or None
+        Of the channels, where the report draws several; None where it does not.
     files : tuple of PositionFile or None
         Of positions that were recorded one by one; None of one log.
     """
@@ -172,6 +174,7 @@ class Origin(Result):
     findings: tuple[Finding, ...] | None = None
     model_name: str = ""
     overview: Overview | None = None
+    overviews: tuple[Overview, ...] | None = None
     files: tuple[PositionFile, ...] | None = None
 
 

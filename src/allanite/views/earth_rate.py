@@ -34,7 +34,7 @@ from allanite.views.rates import (
     estimates_table,
     rate_budget,
 )
-from allanite.views.result_page import advice, findings_of, result_page, verdict_banner
+from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
 from allanite.views.wording import (
     angle,
     axis_facts,
@@ -149,19 +149,17 @@ def _pictures(result: EarthRateEstimate) -> Iterator[PageBlock]:
         f"The means of the dwells, {plus} and {minus}: their distance is twice the Earth rate times the "
         f"{function_of_latitude(result.first)} of the latitude. What both have in common is the bias and its drift."
     )
-    pictures = (
-        ("running", _RUNNING, f"Running estimate of the Earth rate, ending at {value} deg/h."),
-        ("dwells", dwells, f"Mean rate of each dwell against time, {plus} and {minus} apart."),
-        ("residuals", "What the fit leaves of each dwell.", "Residuals of the dwells against time."),
-        ("dead-time", _DEAD_TIME, "Estimate of the Earth rate against dead time."),
-        (
-            "estimators",
+    shown = {
+        "running": (_RUNNING, f"Running estimate of the Earth rate, ending at {value} deg/h."),
+        "dwells": (dwells, f"Mean rate of each dwell against time, {plus} and {minus} apart."),
+        "residuals": ("What the fit leaves of each dwell.", "Residuals of the dwells against time."),
+        "dead-time": (_DEAD_TIME, "Estimate of the Earth rate against dead time."),
+        "estimators": (
             "The estimators side by side with their intervals, and the known rate.",
             "Estimates of the Earth rate by regression, pairs and triples.",
         ),
-    )
-    for name, caption, words in pictures:
-        yield from drawn(name, result, caption, words, view=name)
+    }
+    yield from pictures(result, shown)
 
 
 # -- checks, record, method -------------------------------------------------------------------------------

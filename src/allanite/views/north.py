@@ -10,9 +10,9 @@ from allanite.experiments.north import NorthEstimate
 from allanite.quantities.earth import DEG_H
 from allanite.quantities.number_words import duration, interval, number, with_sd
 from allanite.study.result_document import ResultDocument
-from allanite.views.blocks import Hero, Page, PageBlock, References, Text, drawn, equation, pairs, table
+from allanite.views.blocks import Hero, Page, PageBlock, References, Text, equation, pairs, table
 from allanite.views.rates import ROSENBERG, angle_budget, checks_table, contradiction_banners
-from allanite.views.result_page import advice, findings_of, result_page, verdict_banner
+from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
 from allanite.views.wording import angle, arcs_words, check_wordings, degrees_of, model_words, sentence
 
 __all__ = ["view"]
@@ -34,7 +34,7 @@ def view(document: ResultDocument[NorthEstimate]) -> Page:
         ],
         sections={
             "verdict": ("Verdict", [*_verdict(document)]),
-            "pictures": ("Pictures", [*_pictures(result)]),
+            "pictures": ("Pictures", pictures(result, _pictures(result))),
             "checks": ("Checks", [*_checks(result)]),
             "findings": ("Findings", findings_of(document)),
             "record": ("Record", [_record(result, axes)]),
@@ -101,14 +101,12 @@ def _mirrored(result: NorthEstimate) -> str:
     return f"{what} clockwise seen from above; counted the other way the azimuth comes out mirrored"
 
 
-def _pictures(result: NorthEstimate) -> Iterator[PageBlock]:
+def _pictures(result: NorthEstimate) -> dict[str, tuple[str, str]]:
     compass = f"Compass: {_azimuth(result)}, interval {arcs_words(result.interval)}."
-    pictures = (
-        ("compass", "The azimuth with the directions that the record does not contradict.", compass),
-        ("running", "The azimuth as the record grows.", "Running estimate of the azimuth."),
-    )
-    for name, caption, words in pictures:
-        yield from drawn(name, result, caption, words, view=name)
+    return {
+        "compass": ("The azimuth with the directions that the record does not contradict.", compass),
+        "running": ("The azimuth as the record grows.", "Running estimate of the azimuth."),
+    }
 
 
 def _checks(result: NorthEstimate) -> Iterator[PageBlock]:

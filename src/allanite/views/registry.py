@@ -29,6 +29,11 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
         "EarthRateEstimate",
         "allanite.views.earth_rate",
     ),
+    "allanite-rate-vector": (
+        "allanite.experiments.rate_vector",
+        "RateVector",
+        "allanite.views.rate_vector",
+    ),
     "allanite-north": ("allanite.experiments.north", "NorthEstimate", "allanite.views.north"),
     "allanite-east-west-null": ("allanite.experiments.north", "EastWestNull", "allanite.views.null_test"),
 }

@@ -55,10 +55,13 @@ def advice(remarks: Iterable[str], names: Iterable[str] = ()) -> list[PageBlock]
     return bullets([sentence(words, names) for words in remarks])
 
 
-def pictures(result: Result, captions: Mapping[str, str]) -> list[PageBlock]:
-    """Figures of a result: by its view what is to be seen, which is the caption as well."""
+def pictures(result: Result, captions: Mapping[str, str | tuple[str, str]]) -> list[PageBlock]:
+    """Figures of a result by their views: the caption, and words in place of the figure where they are not the same."""
+    pairs_of = {view: (words, words) if isinstance(words, str) else words for view, words in captions.items()}
     return [
-        block for view, words in captions.items() for block in drawn(view, result, words, words, view=view)
+        block
+        for view, (caption, words) in pairs_of.items()
+        for block in drawn(view, result, caption, words, view=view)
     ]
 
 

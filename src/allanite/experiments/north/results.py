@@ -157,7 +157,7 @@ class NorthEstimate(Result):
 
     @property
     def horizontal_interval(self) -> tuple[float, float]:
-        """Of the length, at `confidence` [rad/s]; NaN where one component alone is seen."""
+        """Of the length, at `confidence` [rad/s]; without an upper end where one component alone is seen."""
         return self.horizontal.lower, self.horizontal.upper
 
     @property

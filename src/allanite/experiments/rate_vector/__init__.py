@@ -9,10 +9,10 @@ but turning separates from the Earth: only a sensor whose biases are well below 
 ``stretches``   which parts of the record are at rest: cells of some seconds, by their own spread and their mean.
 ``poses``       turns of the sensor between the quiet stretches, from the rotation across the disturbed ones.
 ``estimation``  the vector, its covariance, the length and its interval.
-``verdict``     what may be said about it.
+``verdict``, ``checks``, ``words``  what may be said about it: codes, questions, sentences.
 """
 
 from allanite.experiments.rate_vector.estimation import measure_rate_vector
-from allanite.experiments.rate_vector.results import RateSpan, RateVector
+from allanite.experiments.rate_vector.results import QuietMeans, RateSpan, RateVector
 
-__all__ = ["RateSpan", "RateVector", "measure_rate_vector"]
+__all__ = ["QuietMeans", "RateSpan", "RateVector", "measure_rate_vector"]

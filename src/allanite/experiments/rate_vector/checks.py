@@ -1,19 +1,22 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Questions put to the vectors: one length in all poses, the angle to gravity."""
+"""Questions put to the vectors: the size of the noise, one length in all poses, the angle to gravity."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.rate_vector.vectors import Vectors
+from allanite.experiments.rate_vector.verdict import VectorCheckKind
 from allanite.quantities.distributions import chi_square_tail
-from allanite.quantities.residual_tests import ResidualTest
+from allanite.quantities.residual_tests import CheckResult
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 
-__all__ = ["angle_between", "latitude_check", "pose_check"]
+__all__ = ["VectorCheck", "angle_between", "latitude_check", "pose_check", "size_checks"]
 
 Array = NDArray[np.float64]
 
@@ -21,7 +24,54 @@ Array = NDArray[np.float64]
 ALARM = 0.01
 
 
-def pose_check(vectors: Vectors) -> list[ResidualTest]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VectorCheck(CheckResult):
+    """One question put to the vectors.
+
+    Attributes
+    ----------
+    kind : VectorCheckKind
+        "size" of the noise of an axis, "length in each pose", "latitude".
+    channel : str
+        Of the size of the noise; else "".
+    latitude, expected : float [rad]
+        Of the latitude: what gravity and the vector mean, and what was given; NaN of the others.
+    """
+
+    kind: VectorCheckKind
+    channel: str = ""
+    latitude: float = math.nan
+    expected: float = math.nan
+
+    @property
+    def name(self) -> str:
+        """What was asked."""
+        return f"size of the noise, {self.channel}" if self.kind is VectorCheckKind.SIZE else self.kind
+
+    @property
+    def says(self) -> str:
+        """What it means, when it did not pass."""
+        match self.kind:
+            case VectorCheckKind.SIZE:
+                return (
+                    f"the quiet stretches of {self.channel} scatter {self.ratio:.2f} times as much as the model says: "
+                    "the interval comes from their own noise"
+                )
+            case VectorCheckKind.POSES:
+                return (
+                    "the length is not the same before and after the sensor was turned, so biases are in it"
+                )
+            case VectorCheckKind.LATITUDE:
+                means, not_ = (math.degrees(x) for x in (self.latitude, self.expected))
+                return f"the angle between gravity and the vector means a latitude of {means:.2f} deg, not {not_:.2f}"
+
+
+def size_checks(tests: Iterable[tuple[str, CheckResult]]) -> list[VectorCheck]:
+    """Those of the axes by their channels."""
+    return [VectorCheck.of(VectorCheckKind.SIZE, test, channel=name) for name, test in tests]
+
+
+def pose_check(vectors: Vectors) -> list[VectorCheck]:
     """Is the length the same in all poses? A bias makes it differ."""
     if len(vectors.share) < 2 or vectors.bent:
         return []
@@ -32,17 +82,7 @@ def pose_check(vectors: Vectors) -> list[ResidualTest]:
     contrast = np.diff(np.eye(len(lengths)), axis=0)
     apart = contrast @ lengths
     statistic = float(apart @ np.linalg.solve(contrast @ covariance @ contrast.T, apart))
-    p = chi_square_tail(statistic, len(apart))
-    return [
-        ResidualTest(
-            name="length in each pose",
-            statistic=statistic,
-            dof=len(apart),
-            p=p,
-            passed=p >= ALARM,
-            says="the length is not the same before and after the sensor was turned, so biases are in it",
-        )
-    ]
+    return [_asked(VectorCheckKind.POSES, statistic, len(apart))]
 
 
 def angle_between(a: Array, b: Array) -> float:
@@ -52,7 +92,7 @@ def angle_between(a: Array, b: Array) -> float:
 
 def latitude_check(
     vectors: Vectors, gravity: Array, latitude: float, stated: SetupUncertainty
-) -> ResidualTest:
+) -> VectorCheck:
     """The Earth alone lies 90 deg less the latitude from the vertical."""
     up = gravity / np.linalg.norm(gravity)
     along = vectors.directions[vectors.longest]
@@ -64,13 +104,9 @@ def latitude_check(
     variance = variance / max(vectors.length, vectors.sd) ** 2 + stated.latitude**2 + stated.tilt**2
     measured_latitude = math.pi / 2 - angle_between(gravity, along)
     statistic = (measured_latitude - latitude) ** 2 / (variance * vectors.stretch**2)
-    p = chi_square_tail(statistic, 1)
-    return ResidualTest(
-        name="latitude",
-        statistic=statistic,
-        dof=1,
-        p=p,
-        passed=p >= ALARM,
-        says=f"the angle between gravity and the vector means a latitude of {math.degrees(measured_latitude):.2f} "
-        f"deg, not {math.degrees(latitude):.2f}",
-    )
+    return _asked(VectorCheckKind.LATITUDE, statistic, 1, latitude=measured_latitude, expected=latitude)
+
+
+def _asked(kind: VectorCheckKind, statistic: float, dof: int, **values: float) -> VectorCheck:
+    p = chi_square_tail(statistic, dof)
+    return VectorCheck(kind=kind, statistic=statistic, dof=dof, p=p, passed=p >= ALARM, **values)

@@ -5,15 +5,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.experiments.rate_vector.checks import angle_between, latitude_check, pose_check
+from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigin
+from allanite.experiments.rate_vector.checks import angle_between, latitude_check, pose_check, size_checks
 from allanite.experiments.rate_vector.levels import LevelRows
 from allanite.experiments.rate_vector.poses import find_poses, without_short
-from allanite.experiments.rate_vector.results import RateSpan, RateVector
+from allanite.experiments.rate_vector.results import QuietMeans, RateSpan, RateVector
 from allanite.experiments.rate_vector.stretches import (
     QUIET,
     RISE,
@@ -25,9 +27,12 @@ from allanite.experiments.rate_vector.stretches import (
     settled,
 )
 from allanite.experiments.rate_vector.vectors import Vectors, interval_of
-from allanite.experiments.rate_vector.verdict import STATEMENT, judge
+from allanite.experiments.rate_vector.verdict import LeftOut
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
+from allanite.quantities.earth import EARTH_RATE
+from allanite.quantities.quantity import Quantity, QuantityStatus
+from allanite.quantities.residual_tests import SEEN
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.records import BLOCK, Kind, Recording
 
@@ -39,6 +44,8 @@ Progress = Callable[[float, str], None]
 
 #: Quiet cells beyond the number of poses that an interval needs.
 LEAST = 8
+#: Most means of quiet cells that a picture shows.
+MOST_MEANS = 400
 
 
 def measure_rate_vector(
@@ -102,27 +109,26 @@ def measure_rate_vector(
     cells = cut(recording, names, lambda part: advance(0.7 * part, "reading the rates"))
     state, pose, turns = _quiet(cells)
     facts = {
-        "statement": STATEMENT,
         "latitude": latitude,
         "turns": turns,
         "confidence": confidence,
         **_spans(cells, state, pose, recording.duration),
         "duration": recording.duration,
         "cell": cells.dt,
-        "model_source": "this record" if model is None else "given",
+        "model_source": NoiseOrigin.RECORD if model is None else NoiseOrigin.GIVEN,
         "channels": tuple(names),
         "source": recording.source,
     }
     enough = np.count_nonzero(state == QUIET) >= LEAST + len(turns)
     rise = restless(cells, state) if enough else math.inf
     if rise > RISE:
-        return judge(_nothing(facts), rise=rise)
+        return _nothing(facts, math.nan if math.isinf(rise) else math.sqrt(rise))
     advance(0.8, "fitting the rates")
     vectors = Vectors.of(LevelRows.of(cells, state, pose), names, [given.get(name) for name in names])
     vectors = vectors.widened(cells, state, pose, confidence)
     quiet = (state == QUIET) & (pose == vectors.longest)
     gravity = _gravity(recording, cells, quiet)
-    checks = [*vectors.size, *pose_check(vectors)]
+    checks = [*size_checks(vectors.size), *pose_check(vectors)]
     if gravity is not None and latitude is not None:
         checks.append(latitude_check(vectors, gravity, latitude, stated or SetupUncertainty()))
     budget = {
@@ -135,16 +141,27 @@ def measure_rate_vector(
     rate_vector = RateVector(
         vector=_fixed(vectors.level[vectors.longest]),
         covariance=_fixed(vectors.covariance_of(vectors.longest)),
-        length=vectors.length,
+        magnitude=Quantity.of(vectors.length, interval_of(vectors, total, confidence), "rad/s"),
         sd=vectors.sd,
         total_sd=total,
-        interval=interval_of(vectors, total, confidence),
         budget=budget,
         checks=tuple(checks),
         gravity_angle=None if gravity is None else angle_between(gravity, vectors.level[vectors.longest]),
+        quiet_means=_quiet_means(cells, state),
         **facts,  # type: ignore[arg-type]
     )
-    return judge(rate_vector)
+    return _judged(rate_vector)
+
+
+def _judged(bare: RateVector) -> RateVector:
+    low, high = bare.interval
+    if bare.length < SEEN * bare.total_sd:
+        unseen = replace(bare.magnitude, status=QuantityStatus.NOT_RESOLVED)
+        return replace(bare, magnitude=unseen, verdict=EarthRateVerdict.NOT_RESOLVED)
+    if not low <= EARTH_RATE <= high:
+        return replace(bare, verdict=EarthRateVerdict.CONTRADICTS)
+    agreed = EarthRateVerdict.INCONSISTENT if bare.contradictions else EarthRateVerdict.RESOLVED
+    return replace(bare, verdict=agreed)
 
 
 def _refuse(latitude: float | None, bias: float, confidence: float) -> None:
@@ -199,19 +216,32 @@ def _spans(cells: AxisCells, state: States, pose: States, duration: float) -> di
             left.append(RateSpan(start=start, stop=stop, why=WHY[int(state[a])]))
     end = cells.count * cells.dt
     if duration > end * (1 + 1e-12):
-        left.append(RateSpan(start=end, stop=duration, why="too short for a cell, at the end of the record"))
+        left.append(RateSpan(start=end, stop=duration, why=LeftOut.REST))
     return {"used": tuple(used), "left_out": tuple(left)}
 
 
-def _nothing(facts: Mapping[str, object]) -> RateVector:
+def _quiet_means(cells: AxisCells, state: States) -> QuietMeans:
+    chosen = np.flatnonzero((state == QUIET) & cells.whole)
+    join = max(1, -(-len(chosen) // MOST_MEANS))
+    parts = [chosen[i : i + join] for i in range(0, len(chosen), join)]
+    return QuietMeans(
+        time=np.array([(part.mean() + 0.5) * cells.dt for part in parts]),
+        means=np.array([cells.mean[part].mean(axis=0) for part in parts]).reshape(-1, 3).T,
+        joined=join,
+    )
+
+
+def _nothing(facts: Mapping[str, object], restlessness: float) -> RateVector:
     nan = math.nan
     return RateVector(
+        magnitude=Quantity(
+            value=nan, lower=0.0, upper=math.inf, unit="rad/s", status=QuantityStatus.NOT_RESOLVED
+        ),
         vector=_fixed(np.full(3, nan)),
         covariance=_fixed(np.full((3, 3), nan)),
-        length=nan,
         sd=nan,
         total_sd=nan,
-        interval=(0.0, math.inf),
+        restlessness=restlessness,
         **facts,  # type: ignore[arg-type]
     )
 

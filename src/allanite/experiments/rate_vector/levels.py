@@ -21,7 +21,7 @@ from allanite.experiments.rate_vector.stretches import QUIET, AxisCells
 from allanite.filtering.regression import Regression, regress
 from allanite.noise import Flicker, NoiseModel, Quantisation, White
 from allanite.quantities.distributions import chi_square_tail
-from allanite.quantities.residual_tests import ResidualTest
+from allanite.quantities.residual_tests import CheckResult
 
 __all__ = ["LevelRows", "Levels", "levels", "levels_of_record", "size_check"]
 
@@ -99,18 +99,10 @@ def levels(rows: LevelRows, axis: int, model: NoiseModel) -> Levels:
     return Levels(level=fit.coefficients, covariance=fit.covariance, chi2=fit.chi2, dof=fit.dof)
 
 
-def size_check(name: str, given: Levels) -> ResidualTest:
+def size_check(given: Levels) -> CheckResult:
     """Do the quiet stretches scatter as the model says?"""
     p = chi_square_tail(given.chi2, given.dof)
-    return ResidualTest(
-        name=f"size of the noise, {name}",
-        statistic=given.chi2,
-        dof=given.dof,
-        p=p,
-        passed=p >= SIZE_ALARM,
-        says=f"the quiet stretches of {name} scatter {math.sqrt(given.chi2 / given.dof):.2f} times as much as the "
-        "model says: the interval comes from their own noise",
-    )
+    return CheckResult(statistic=given.chi2, dof=given.dof, p=p, passed=p >= SIZE_ALARM)
 
 
 def levels_of_record(rows: LevelRows, axis: int, channel: str) -> Levels:

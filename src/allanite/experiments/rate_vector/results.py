@@ -4,38 +4,45 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.plain_files.json_values import plain
+from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigin
+from allanite.experiments.rate_vector import words
+from allanite.experiments.rate_vector.checks import VectorCheck
+from allanite.experiments.rate_vector.verdict import LeftOut, VectorCheckKind, VectorRemark
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.residual_tests import ResidualTest
+from allanite.quantities.quantity import Quantity
+from allanite.quantities.result import Result
 
-__all__ = ["RateSpan", "RateVector"]
+__all__ = ["QuietMeans", "RateSpan", "RateVector"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RateSpan:
+class RateSpan(Result):
     """A part of the record.
 
     Attributes
     ----------
     start, stop : float [s]
         Since the first sample.
-    why : str
-        Why it was left out; "" for one that was used.
+    why : LeftOut or None
+        Why it was left out: "moving", "beside a disturbance", "mean is off" (a slow rotation, or a drift of the bias),
+        "samples missing", "too short" between two turns, or for a cell at the "end of the record"; None for one that
+        was used.
     pose : int
         Attitude of the sensor in a span that was used, counted from 0; -1 in one that was not.
     """
 
     start: float
     stop: float
-    why: str = ""
+    why: LeftOut | None = None
     pose: int = -1
 
     @property
@@ -45,76 +52,168 @@ class RateSpan:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RateVector:
+class QuietMeans(Result):
+    """Means of the quiet cells, neighbors joined where there are many.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,) [s]
+        Middle of each.
+    means : ndarray, shape (3, n) [rad/s]
+        By axis.
+    joined : int
+        Cells in each mean.
+    """
+
+    time: Array
+    means: Array
+    joined: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RateVector(Result):
     """The rotation vector of a sensor at rest, bias and Earth together.
 
     Attributes
     ----------
+    remarks : tuple of VectorRemark
+        What is to be known or done, beside the checks that did not pass: "record longer, undisturbed", "record longer",
+        "turn the sensor", "turn by half a turn"; "several poses", of which the vector is that of the longest.
+    quiet : float [s]
+        Time that was used.
+    latitude_found : float or None [rad]
+        Latitude that the angle to gravity means if the vector is the Earth's.
+    earth_rate : float [rad/s]
+        The known rate of the Earth.
+    verdict : EarthRateVerdict
+        "resolved", "not resolved", "inconsistent" or "inconsistent with Earth".
+    magnitude : Quantity [rad/s]
+        The length of the vector, from all poses, without the part that noise adds to the length of a mean; 0 where that
+        is all of it, NaN where nothing is quiet. "not resolved" where it is not seen to differ from zero.
     vector : ndarray, shape (3,) [rad/s]
         In the axes of the sensor, of the longest pose; NaN where nothing is quiet.
     covariance : ndarray, shape (3, 3) [rad^2/s^2]
         Of the vector, by the noise.
-    length : float [rad/s]
-        From all poses, without the part that noise adds to the length of a mean; 0 where that is all of it.
     sd : float [rad/s]
         Standard deviation of the length by the noise.
     total_sd : float [rad/s]
         With the stated uncertainties.
-    interval : (float, float) [rad/s]
-        For the length, at `confidence`.
     confidence : float
-    verdict : str
-        "resolved", "not resolved", "inconsistent" or "inconsistent with Earth".
-    reason : str
-        One or two sentences.
-    advice : tuple of str
-    statement : str
-        What the length contains.
-    budget : dict of str to float [rad/s]
+        Of the interval.
+    budget : mapping of str to float [rad/s]
         Standard uncertainties of the length by source.
-    checks : tuple of ResidualTest
+    checks : tuple of VectorCheck
+        Questions put to the vectors.
     gravity_angle : float or None [rad]
         Between the mean specific force, which points up, and the vector: 90 deg less the latitude for the Earth alone.
         None without accelerometers.
     latitude : float or None [rad]
         As given.
+    restlessness : float
+        Where nothing is quiet: how many times as much even the quietest stretches move over seconds as over parts of
+        one; NaN where too few of them tell, or some are quiet.
     turns : ndarray, shape (n_poses,) [rad]
         How far the sensor had turned from the pose before when each began; zero for the first, NaN where unknown.
     used, left_out : tuple of RateSpan
         Stretches of the record.
+    quiet_means : QuietMeans or None
+        For the picture; None where nothing is quiet.
     duration : float [s]
         Of the record.
     cell : float [s]
         Length of the cells in which rest was looked for.
-    model_source : str
+    model_source : NoiseOrigin
         "given", or "this record".
     channels : tuple of str
+        The three axes.
     source : str
+        Of the record.
     """
 
+    FORMAT: ClassVar[str] = "allanite-rate-vector"
+    VERSION: ClassVar[int] = 2
+    STATED: ClassVar[tuple[str, ...]] = ("remarks", "quiet", "latitude_found", "earth_rate")
+
+    verdict: EarthRateVerdict = EarthRateVerdict.NOT_RESOLVED
+    magnitude: Quantity
     vector: Array
     covariance: Array = field(repr=False)
-    length: float
     sd: float
     total_sd: float
-    interval: tuple[float, float]
     confidence: float
-    verdict: str = ""
-    reason: str = ""
-    advice: tuple[str, ...] = ()
-    statement: str = field(repr=False)
-    budget: dict[str, float] = field(default_factory=dict)
-    checks: tuple[ResidualTest, ...] = ()
+    budget: Mapping[str, float] = field(default_factory=dict)
+    checks: tuple[VectorCheck, ...] = ()
     gravity_angle: float | None = None
     latitude: float | None = None
+    restlessness: float = math.nan
     turns: Array = field(repr=False)
     used: tuple[RateSpan, ...] = field(repr=False)
     left_out: tuple[RateSpan, ...] = field(repr=False)
+    quiet_means: QuietMeans | None = field(default=None, repr=False)
     duration: float
     cell: float
-    model_source: str
+    model_source: NoiseOrigin
     channels: tuple[str, ...]
     source: str
+
+    @property
+    def length(self) -> float:
+        """Of the vector [rad/s]; NaN where nothing is quiet."""
+        return self.magnitude.value
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Of the length, at `confidence` [rad/s]."""
+        return self.magnitude.lower, self.magnitude.upper
+
+    @property
+    def statement(self) -> str:
+        """What the length contains."""
+        return words.STATEMENT
+
+    @property
+    def reason(self) -> str:
+        """Why the verdict is what it is, in one or two sentences."""
+        if math.isnan(self.length):
+            if math.isnan(self.restlessness):
+                return words.no_rest(self.quiet, self.duration, self.cell)
+            return words.all_moves(self.restlessness)
+        match self.verdict:
+            case EarthRateVerdict.NOT_RESOLVED:
+                return words.too_small(self.length, self.total_sd, self.magnitude.upper)
+            case EarthRateVerdict.CONTRADICTS:
+                return words.excluded(*self.interval)
+            case EarthRateVerdict.INCONSISTENT:
+                return f"{self.contradictions[0].says}: bias and Earth together are not the Earth alone"
+        backed = any(c.kind is VectorCheckKind.LATITUDE and c.passed for c in self.checks)
+        return words.resolved(self.length, *self.interval, backed=backed)
+
+    @property
+    def contradictions(self) -> list[VectorCheck]:
+        """Checks by which the vector is not the Earth's alone."""
+        return [c for c in self.checks if not c.passed and c.kind is not VectorCheckKind.SIZE]
+
+    @property
+    def remarks(self) -> tuple[VectorRemark, ...]:
+        """What is to be known or done, beside the checks that did not pass."""
+        return tuple(self._remarked())
+
+    def _remarked(self) -> Iterator[VectorRemark]:
+        if math.isnan(self.length):
+            yield VectorRemark.UNDISTURBED
+        elif self.verdict is not EarthRateVerdict.RESOLVED:
+            if self.verdict is EarthRateVerdict.NOT_RESOLVED:
+                yield VectorRemark.LONGER
+            yield VectorRemark.HALF_TURN if self.turned else VectorRemark.TURN
+        if self.turned:
+            yield VectorRemark.POSES
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to do, or to know: what the checks that did not pass say, then the remarks."""
+        remarks = {**words.REMARKS, VectorRemark.POSES: words.in_poses(len(self.turns))}
+        failed = (c.says for c in self.checks if not c.passed)
+        return (*failed, *(remarks[code] for code in self.remarks))
 
     @property
     def deviation(self) -> float:
@@ -122,9 +221,14 @@ class RateVector:
         return (self.length - EARTH_RATE) / self.total_sd
 
     @property
+    def earth_rate(self) -> float:
+        """The known rate of the Earth [rad/s]."""
+        return EARTH_RATE
+
+    @property
     def resolved(self) -> bool:
         """True when the length may be the Earth's rotation."""
-        return self.verdict == "resolved"
+        return self.verdict is EarthRateVerdict.RESOLVED
 
     @property
     def turned(self) -> bool:
@@ -146,18 +250,8 @@ class RateVector:
         """Latitude that the angle to gravity means if the vector is the Earth's [rad]."""
         return None if self.gravity_angle is None else math.pi / 2 - self.gravity_angle
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, SI units; numbers that do not exist are null."""
-        return {
-            "format": "allanite-rate-vector",
-            "version": 1,
-            **{
-                name: plain(getattr(self, name))
-                for name in (
-                    "source", "channels", "verdict", "reason", "advice", "statement", "vector", "covariance", "length",
-                    "sd", "total_sd", "interval", "confidence", "budget", "checks", "gravity_angle", "latitude_found",
-                    "latitude", "turns", "used", "left_out", "quiet", "duration", "cell", "model_source",
-                )
-            },
-            "earth_rate": EARTH_RATE,
-        }  # fmt: skip
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        from allanite.experiments.rate_vector.version_1 import upgraded
+
+        return upgraded(data) if data.get("version") == 1 else data

@@ -24,6 +24,7 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.experiments.rate_vector.verdict import LeftOut
 from allanite.experiments.static_spans.floor import chi_square, lowest_level
 from allanite.recording.records import BLOCK, Recording
 
@@ -47,11 +48,11 @@ FILTERED, PAIRS, RISE = 0.3, 20, 3.0
 QUIET, MOVING, BESIDE, OFF, MISSING, SHORT = range(6)
 #: Why a cell is left out.
 WHY = {
-    MOVING: "moves more than the quiet parts",
-    BESIDE: "beside a disturbance",
-    OFF: "its mean is off that of the other quiet parts: a slow rotation, or a drift of the bias",
-    MISSING: "samples missing",
-    SHORT: "too short between two turns of the sensor",
+    MOVING: LeftOut.MOVING,
+    BESIDE: LeftOut.BESIDE,
+    OFF: LeftOut.OFF,
+    MISSING: LeftOut.MISSING,
+    SHORT: LeftOut.SHORT,
 }
 
 

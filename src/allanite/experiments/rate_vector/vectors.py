@@ -14,7 +14,7 @@ from allanite.experiments.rate_vector.levels import LevelRows, Levels, levels, l
 from allanite.experiments.rate_vector.stretches import QUIET, AxisCells
 from allanite.noise import NoiseModel
 from allanite.quantities.distributions import normal_quantile, student_quantile
-from allanite.quantities.residual_tests import ResidualTest
+from allanite.quantities.residual_tests import CheckResult
 
 __all__ = ["Vectors", "interval_of"]
 
@@ -39,7 +39,8 @@ class Vectors:
     share : ndarray, shape (n_poses,)
         Of the quiet time.
     rows : int
-    size : tuple of ResidualTest
+    size : tuple of (str, CheckResult)
+        Does an axis scatter as its model says? By channel.
     stretch : float
         Student's quantile over the normal one.
     """
@@ -48,7 +49,7 @@ class Vectors:
     covariance: Array
     share: Array
     rows: int
-    size: tuple[ResidualTest, ...]
+    size: tuple[tuple[str, CheckResult], ...]
     stretch: float = 1.0
 
     @classmethod
@@ -58,8 +59,8 @@ class Vectors:
         for axis, (name, model) in enumerate(zip(names, models, strict=True)):
             given = None if model is None else levels(rows, axis, model)
             if given is not None:
-                checks.append(size_check(name, given))
-                if checks[-1].passed:
+                checks.append((name, size_check(given)))
+                if checks[-1][1].passed:
                     axis_levels.append(given)
                     continue
             axis_levels.append(_wider(levels_of_record(rows, axis, name), given))

@@ -54,7 +54,7 @@ def plot(
         Recording: `channels`; `turns`, a result that holds turns, to mark them. Reversals: `recording`, and `zoom`,
         the number of a turn to look at closely. EarthRateEstimate: `view` ("whole", "record", "running", "dwells",
         "residuals", "dead-time", "estimators", "bias") and `recording`, which its record needs. RateVector: `view`
-        ("whole", "length", "means", "record") and `recording`, which all but the length need. Filtered: `view`
+        ("whole", "length", "means", "record") and `recording`, which the record needs. Filtered: `view`
         ("whole", "series", "drift", "terms", "whiteness"). NorthEstimate: `view` ("whole", "compass", "running").
         AlignmentEstimate: `view` ("whole", "compass", "convergence", "residuals").
         CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation").
@@ -303,14 +303,18 @@ def _north(north: Any, *, view: str = "whole") -> Sheet:
 
 
 def _rate_vector(result: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+    from allanite.experiments.rate_vector import RateVector
+    from allanite.study.result_document import Origin
     from allanite.views.figures import vector
 
     _known_view(view, vector.VIEWS, "a rate vector")
-    document = vector.document_of(result, recording)
+    given = isinstance(result, Mapping)
+    shown: RateVector = RateVector.from_json(result) if given else result
+    known = Origin.from_json(result).overviews if given and recording is None else recording
     parts: Parts = {
-        "length": lambda: vector.length_panels(document),
-        "means": lambda: vector.mean_panels(document),
-        "record": lambda: vector.record_panels(document),
+        "length": lambda: vector.length_panels(shown),
+        "means": lambda: vector.mean_panels(shown),
+        "record": lambda: vector.record_panels(shown, vector.overviews_of(shown, known)),
     }
     return _in_view(parts, view, "nothing to draw of this rate vector: give the record of it with recording=")
 

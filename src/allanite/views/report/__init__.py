@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
 
-``rate_vector``, ``filtered``, ``calibration``, ``alignment``, ``plan``, ...
+``filtered``, ``calibration``, ``alignment``, ``plan``, ...
     What the page of each result says, from its plain document; of a result that has a view, that says it.
 ``frame.html``
     How every page is laid out; ``sections.html`` fills it, ``page.css`` and ``page.js`` are put into it.
@@ -36,7 +36,6 @@ _HERE = Path(__file__).parent
 
 #: Format of a document -> the module that makes its page; results with a view stand in `allanite.views.registry`.
 _PAGES = {
-    "allanite-rate-vector": "rate_vector",
     "allanite-filtered": "filtered",
     "allanite-reference-aided": "filtered",
     "allanite-rate-table": "rate_table",

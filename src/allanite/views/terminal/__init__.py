@@ -13,7 +13,6 @@ from allanite.views.terminal.measurements import (
     show_aided,
     show_filtered,
     show_plan,
-    show_rate_vector,
 )
 from allanite.views.terminal.monitor import monitoring, show_monitor
 from allanite.views.terminal.page import show_document, show_models, show_page
@@ -58,7 +57,6 @@ __all__ = [
     "show_plan",
     "show_position_plan",
     "show_rate_table",
-    "show_rate_vector",
     "show_recording",
     "show_recovery",
     "show_selection",

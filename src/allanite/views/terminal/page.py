@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from allanite.recording.health import Severity
@@ -26,7 +26,6 @@ from allanite.views.registry import view_of
 from allanite.views.study import parameter_blocks
 from allanite.views.terminal.coefficients import say_coefficients
 from allanite.views.terminal.console import console
-from allanite.views.terminal.measurements import show_rate_vector
 from allanite.views.terminal.parts import (
     TONES,
     say_facts,
@@ -45,17 +44,14 @@ __all__ = ["show_blocks", "show_document", "show_models", "show_page"]
 
 
 def show_document(
-    document: Mapping[str, object] | Reportable,
+    document: Reportable,
     files: Sequence[object] = (),
     notes: Sequence[str] = (),
     *,
     style: TerminalStyle = BRIEF,
 ) -> None:
-    """The document of a command; that of a rate vector is a mapping as yet."""
-    if isinstance(document, Mapping):
-        show_rate_vector(document, files)
-    else:
-        show_page(view_of(document), files, notes, style=style)
+    """The document of a command."""
+    show_page(view_of(document), files, notes, style=style)
 
 
 def show_page(

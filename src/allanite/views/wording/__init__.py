@@ -11,7 +11,6 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``north``    directions
 ``redundancy``  combined sensors
 ``selection``  sets of terms
-``vector``   rate vector
 ``rate_table``  the response to a rate table
 ``alignment``  roll, pitch and heading
 ``datasheet``  statements of a data sheet, and bounds above a model
@@ -159,16 +158,6 @@ from allanite.views.wording.turned_axis import (
     turn_words,
     unstated_words,
 )
-from allanite.views.wording.vector import (
-    EMPTY_BUDGET,
-    axis_lines,
-    latitude_words,
-    left_out_lines,
-    length_lines,
-    pose_words,
-    used_words,
-    vector_budget,
-)
 
 __all__ = [
     "AIDED",
@@ -176,7 +165,6 @@ __all__ = [
     "COLUMNS",
     "DEG",
     "DEG_H",
-    "EMPTY_BUDGET",
     "EQUIVALENT",
     "GUARANTEE",
     "NOISE_ALONE",
@@ -195,7 +183,6 @@ __all__ = [
     "attitude_lines",
     "axes_words",
     "axis_facts",
-    "axis_lines",
     "bias_words",
     "bound_lines",
     "bound_words",
@@ -247,9 +234,6 @@ __all__ = [
     "known_rate",
     "largest_sources",
     "latitude_line",
-    "latitude_words",
-    "left_out_lines",
-    "length_lines",
     "missing_lines",
     "model_words",
     "movement",
@@ -262,7 +246,6 @@ __all__ = [
     "plan_facts",
     "plan_table",
     "planned_lines",
-    "pose_words",
     "position_lines",
     "position_rows",
     "probability",
@@ -302,8 +285,6 @@ __all__ = [
     "turn_lines",
     "turn_words",
     "unstated_words",
-    "used_words",
-    "vector_budget",
     "verdict",
     "weight_lines",
     "weight_words",
