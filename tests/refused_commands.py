@@ -355,13 +355,6 @@ OF_FILTERS = (
         adds={"--channels": "a,b"},
     ),
     Refusal(
-        line="rate-table 'a log.csv' --table 'a table.csv' --nonlinearity 9",
-        files={"a log.csv": GYRO, "a table.csv": "t,rate\n0,0\n"},
-        says=("--nonlinearity is a degree from 1 to 5",),
-        adds={"--nonlinearity": "3"},
-        later={"--nonlinearity": "a table.csv"},
-    ),
-    Refusal(
         line=f"dead-reckon --model {FLICKER} {LATITUDE} --remove-vertical",
         says=("only a rest shows the bias",),
         adds={"--rest": "60s"},

@@ -7,6 +7,7 @@ import csv
 import json
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,15 @@ import pytest
 
 import allanite as al
 from allanite.errors import InputError
-from allanite.experiments.rate_table import Sinusoids, read_rate_table, simulate_on_table
+from allanite.experiments.rate_table import RateTableEstimate, Sinusoids, read_rate_table, simulate_on_table
 from allanite.files.recording_file import write_recording
 from allanite.noise import Flicker, NoiseModel, White
 from allanite.study.model_file import model_of, save_models
+from allanite.views.blocks import TableBlock
 from allanite.views.figures import sheet_of
-from allanite.views.report import html_of
-from allanite.views.wording import response_lines, scale_unit
+from allanite.views.registry import document_of
+from allanite.views.report import html_of, page_of
+from allanite.views.wording import scale_unit
 from shell import Run
 
 MODEL = "N=0.3 deg/√h, B=5 deg/h"
@@ -56,7 +59,7 @@ def options(bench: Path, log: str = "run.parquet", model: str = MODEL) -> list[A
 def test_the_command_prints_numbers_and_leaves_files(run: Run, bench: Path, tmp_path: Path) -> None:
     done = run(*options(bench), "--out", tmp_path / "out", "--plot", tmp_path / "fig.svg")
     assert done.code == 0, done.err
-    assert done.out.startswith("Resolved: the scale factor is known to")
+    assert done.out.startswith("Resolved. The scale factor is known to")
     for words in (
         "Scale factor",
         "deg/h",
@@ -82,8 +85,8 @@ def test_json_holds_the_truth(run: Run, bench: Path) -> None:
     done = run(*options(bench), "--json", "--nonlinearity", "1", "--table-uncertainty", "10ppm")
     document = json.loads(done.out)
     found = {p["name"]: p for p in document["parameters"]}
-    low, high = found["scale factor"]["interval"]
-    assert low < 1.002 < high and "quadratic" not in found
+    scale = found["scale factor"]
+    assert scale["lower"] < 1.002 < scale["upper"] and "quadratic" not in found
     assert document["budget"]["table rate"] == pytest.approx(1e-5)
     assert found["clock offset"]["value"] == pytest.approx(1.6, abs=0.01)  # the sensor's delay in it
     assert document["provenance"]["source"] == "run.parquet" and document["model_name"] == "given in words"
@@ -122,7 +125,7 @@ def test_sign_and_own_noise_and_the_part_of_a_log(run: Run, bench: Path) -> None
 @pytest.mark.parametrize(
     ("more", "code", "said"),
     [
-        (["--nonlinearity", "cubic"], 2, "degree"),
+        (["--nonlinearity", "cubic"], 2, "cubic"),
         (["--axis", "sideways"], 2, "sideways"),
         (["--table", "nowhere.csv"], 2, "nowhere.csv"),
         (["--dead-time", "30"], 1, "shorter than"),
@@ -192,21 +195,18 @@ def test_views_of_the_picture(documents: dict[str, Any]) -> None:
 
 def test_words_of_the_numbers(documents: dict[str, Any]) -> None:
     document = documents["steps"]
-    lines = {line.name: line for line in response_lines(document)}
-    assert lines["Scale factor"].value.startswith("1.00") and lines["Scale factor"].answer == "resolved"
-    assert lines["Scale-factor error"].unit == "ppm" and lines["Quadratic term"].answer.startswith(
-        "not resolved: below"
-    )
-    ppm = next(p for p in document["parameters"] if p["name"] == "scale-factor error")["value"] * 1e6
-    assert float(lines["Scale-factor error"].value) == pytest.approx(ppm, abs=1.0)
-    assert scale_unit({**document, "unit": "LSB", "kind": "counts", "channel_scale": 1.0})[0] == "LSB/(deg/s)"
-
-
-def test_study_format_names_every_key(documents: dict[str, Any]) -> None:
-    page = Path(__file__).resolve().parents[2] / "docs" / "reference" / "study-format.md"
-    text = page.read_text(encoding="utf-8")
-    unnamed = sorted(key for key in documents["steps"] if f"`{key}`" not in text)
-    assert not unnamed, f"study-format.md does not say what {unnamed} are"
+    result = document_of(document).result
+    assert isinstance(result, RateTableEstimate)
+    section = next(s for s in page_of(document).sections if s.id == "verdict")
+    numbers = next(b for b in section.blocks if isinstance(b, TableBlock))
+    lines = {cells[0].text: [cell.text for cell in cells] for cells, _ in numbers.rows}
+    assert lines["Scale factor"][1].startswith("1.00") and lines["Scale factor"][4] == "resolved"
+    assert lines["Scale-factor error"][3] == "ppm"
+    assert lines["Quadratic term"][4].startswith("not resolved: below")
+    ppm = result["scale-factor error"].value * 1e6
+    assert float(lines["Scale-factor error"][1]) == pytest.approx(ppm, abs=1.0)
+    counts = replace(result, unit="LSB", kind="counts", channel_scale=1.0)
+    assert scale_unit(counts)[0] == "LSB/(deg/s)"
 
 
 def test_a_gap_in_the_log_is_a_loss(run: Run, bench: Path, tmp_path: Path) -> None:

@@ -319,10 +319,10 @@ def test_every_document_gives_its_report_again(run: Run, logs: Path, east_west: 
         ("nothing", "not JSON (Expecting value: line 1 column 1 (char 0)): give a result"),
         ("[1, 2]", "names no format"),
         ('{"format": "allanite-poem"}', "allanite-poem"),
-        ('{"format": "allanite-north", "version": 2}', "version 2"),
+        ('{"format": "allanite-north", "version": 3}', "version 3"),
         ('{"format": "allanite-north", "version": 1}', "missing"),
         ('{"format": "allanite-plan", "version": 1, "what": 3}', "damaged"),
-        ('{"format": "allanite-rate-vector", "version": 1, "channels": 3}', "damaged"),
+        ('{"format": "allanite-rate-vector", "version": 1, "channels": 3}', "channels: a list is expected"),
     ],
 )
 def test_a_file_that_is_no_document_is_named(run: Run, tmp_path: Path, text: str, words: str) -> None:

@@ -744,7 +744,7 @@ def test_the_result_is_plain_and_frozen() -> None:
         twin(table), table=table, model=NOISE, progress=lambda fraction, what: seen.append(fraction)
     )
     document = json.loads(json.dumps(found.to_json(), allow_nan=False))
-    assert document["format"] == "allanite-rate-table" and document["version"] == 1
+    assert document["format"] == "allanite-rate-table" and document["version"] == 2
     assert document["parameters"][0]["name"] == "scale factor" and seen == sorted(seen)
     assert len(document["steps"]) == len(RATES) and document["table"]["kind"] == "steps"
     with pytest.raises(AttributeError):

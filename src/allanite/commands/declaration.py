@@ -153,13 +153,13 @@ class Command:
         measured = make(
             log, accept=accept, model=model, command=command, source=source, progress=progress, **options
         )
-        if measured.tables:
+        if measured.name != self.stem:  # another result behind the same name, with tables of its own
             return measured
         tables: dict[str, Callable[[Result], Iterable[dict[str, object]]]] = {
             file: _loaded(rows) for file, rows in self.tables.items()
         }
         made = {file: [*rows(measured.result)] for file, rows in tables.items()}
-        return replace(measured, tables={**measured.tables, **made})
+        return replace(measured, tables={**measured.tables, **{f: rows for f, rows in made.items() if rows}})
 
     def _by_work(self, log: Place | Sequence[Place], **options: object) -> MeasurementResult:
         """What the work does not take is left out."""

@@ -219,7 +219,9 @@ def write_measurement(
     if measured.write is not None:
         return measured.write(folder, figure, force=force)
     refuse_measurement(folder, figure, measured.name, measured.tables, force=force)
-    files = [] if figure is None else [save_figure(measured.result, figure, force=force)]
+    overviews = getattr(measured.document, "overviews", None)
+    drawn_over = {} if overviews is None else {"recording": overviews}
+    files = [] if figure is None else [save_figure(measured.result, figure, force=force, **drawn_over)]
     if folder is not None:
         place = Path(folder)
         make_folder(place)

@@ -13,6 +13,7 @@ from allanite.commands.declaration import Command, Place
 from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.environment import ENVIRONMENT
 from allanite.commands.north import NORTH
+from allanite.commands.rate_table import RATE_TABLE
 from allanite.commands.spectrum import SPECTRUM
 from allanite.commands.variation import VARIATION
 
@@ -32,6 +33,7 @@ COMMANDS: Mapping[str, Command] = {
         ENVIRONMENT,
         EARTH_RATE,
         NORTH,
+        RATE_TABLE,
     )
 }
 

@@ -34,6 +34,11 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
         "RateVector",
         "allanite.views.rate_vector",
     ),
+    "allanite-rate-table": (
+        "allanite.experiments.rate_table",
+        "RateTableEstimate",
+        "allanite.views.rate_table",
+    ),
     "allanite-north": ("allanite.experiments.north", "NorthEstimate", "allanite.views.north"),
     "allanite-east-west-null": ("allanite.experiments.north", "EastWestNull", "allanite.views.null_test"),
 }

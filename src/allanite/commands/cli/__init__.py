@@ -15,7 +15,6 @@ from allanite.commands.cli import filtering
 from allanite.commands.cli import earth
 from allanite.commands.cli import position_plan
 from allanite.commands.cli import dead_reckoning
-from allanite.commands.cli import rate_table
 from allanite.commands.cli import calibration
 from allanite.commands.cli import alignment
 from allanite.commands.cli import redundancy
@@ -50,7 +49,6 @@ __all__ = [
     "monitor",
     "noise",
     "position_plan",
-    "rate_table",
     "recording",
     "recovery",
     "redundancy",

@@ -10,6 +10,7 @@ enters the budget.
 ``table_file``      the same from a CSV
 ``record``          what is made of the samples: clocks, range, regression
 ``step_means``, ``residual_checks``  what the residuals say
+``verdict``, ``checks``, ``words``  codes, questions, sentences
 ``twin``            a record whose truth is known
 """
 

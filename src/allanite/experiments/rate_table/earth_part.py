@@ -71,21 +71,6 @@ class EarthPart:
         level = 1 / len(rate) - rate.mean() * weight
         return math.sqrt(float((weight**2 * variance).sum())), math.sqrt(float((level**2 * variance).sum()))
 
-    def note(self, relative: bool) -> str:
-        """What the bias holds of the Earth."""
-        if self.along is None:
-            if self.axis == "horizontal":
-                return "the bias holds the Earth's rotation along the table's axis, which depends on where that points"
-            return ""
-        size = abs(math.degrees(self.along) * 3600)
-        of = "" if relative else ", times the scale factor"
-        if self.axis == "vertical":
-            return (
-                f"the bias holds the Earth's rotation on the vertical axis, {size:.3f} deg/h{of}, with the sign of the "
-                "table's direction: say which way it points (--axis up or down)"
-            )
-        return f"the bias holds {math.degrees(self.along) * 3600:+.3f} deg/h of the Earth's rotation{of}"
-
 
 def not_whole(table: RateSteps, used: NDArray[np.int64], length: Array) -> int:
     """Steps that turn, but not by whole revolutions."""

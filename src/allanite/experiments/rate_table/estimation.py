@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.experiments.earth_rate.verdict import NoiseOrigin
+from allanite.experiments.rate_table.checks import TableCheck
 from allanite.experiments.rate_table.earth_part import EarthPart, not_whole
 from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled, Sinusoids, TableClock
 from allanite.experiments.rate_table.parameters import Wide, curve, parameters_of
@@ -39,26 +41,29 @@ from allanite.experiments.rate_table.residual_checks import (
 )
 from allanite.experiments.rate_table.results import (
     Aided,
+    Clipping,
     FrequencyPoint,
     NoiseAtRate,
     RateTableEstimate,
     ResponseParameter,
     StepResult,
+    TableMotion,
     TableUncertainty,
 )
 from allanite.experiments.rate_table.shown import response_points, step_results
 from allanite.experiments.rate_table.step_means import StepMeans
-from allanite.experiments.rate_table.verdict import clipped_words, clock_words, judge, repeat_words
+from allanite.experiments.rate_table.verdict import TableCheckKind, TableVerdict
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
-from allanite.plain_files.counted import plural
-from allanite.quantities.residual_tests import FOREIGN, ResidualTest
+from allanite.quantities.residual_tests import FOREIGN
 from allanite.recording.records import Kind, Recording
 
 __all__ = ["measure_rate_table"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
+
+_SCATTERS = (TableCheckKind.STEPS, TableCheckKind.REPEATS, TableCheckKind.SHAPE, TableCheckKind.POWERS)
 
 
 def measure_rate_table(
@@ -264,10 +269,11 @@ class _Measurement:
         parameters += self._clocks(solution, wide)
         aided = aided_of(self.recording, self.channel, self.table, solution, model)
         estimate = self._result(solution, model, wide, checks, budget, tuple(parameters), aided, steps)
-        estimate = replace(estimate, noise_by_rate=by_rate, frequencies=self._frequencies(model))
-        verdict, reason, advice = judge(estimate, unbounded=solution.fit.unbounded)
         return replace(
-            estimate, verdict=verdict, reason=reason, advice=advice, notes=self._notes(estimate, solution)
+            estimate,
+            noise_by_rate=by_rate,
+            frequencies=self._frequencies(model),
+            verdict=_verdict(estimate, separable=not solution.fit.unbounded),
         )
 
     # -- fit ----------------------------------------------------------------------------------------------
@@ -296,18 +302,18 @@ class _Measurement:
         sampling = self.recording[self.channel].sampling
         return StepMeans.of(self.table, solution, model, self.recording.rate, sampling)
 
-    def _regression_checks(self, solution: TableSolution, model: NoiseModel) -> tuple[ResidualTest, ...]:
+    def _regression_checks(self, solution: TableSolution, model: NoiseModel) -> tuple[TableCheck, ...]:
         if solution.fit.unbounded:
             return ()
         steps = self.table if isinstance(self.table, RateSteps) else None
         return regression_checks(solution, model, self.others, steps=steps)
 
-    def _wide(self, solution: TableSolution, checks: Sequence[ResidualTest], steps: StepMeans | None) -> Wide:
+    def _wide(self, solution: TableSolution, checks: Sequence[TableCheck], steps: StepMeans | None) -> Wide:
         """Factor and law of the intervals: Student's where the scatter of the record decides how wide they are."""
         failed = [c for c in checks if c.widens and not c.passed]
         inflation = max([1.0, *(c.ratio for c in failed)])
         dof = math.inf
-        scatter = [c for c in checks if c.name.startswith("scatter") or c.name == "shape of the response"]
+        scatter = [c for c in checks if c.kind in _SCATTERS]
         if steps is not None and self.given is None:
             inflation = max([inflation, *(c.ratio for c in scatter)])
             dof = max([c.dof for c in scatter], default=1.0)
@@ -447,7 +453,7 @@ class _Measurement:
         solution: TableSolution,
         model: NoiseModel,
         wide: Wide,
-        checks: tuple[ResidualTest, ...],
+        checks: tuple[TableCheck, ...],
         budget: dict[str, float],
         parameters: tuple[ResponseParameter, ...],
         aided: tuple[Aided, Array] | None,
@@ -468,13 +474,12 @@ class _Measurement:
             kind=facts.kind.value,
             unit=facts.unit,
             channel_scale=facts.scale,
-            verdict="",
-            reason="",
+            verdict=TableVerdict.NOT_SEPARABLE,
             parameters=parameters,
             confidence=self.confidence,
             inflation=wide.inflation,
             budget=budget,
-            nonlinearity=self.nonlinearity,
+            nonlinearity=str(self.nonlinearity),
             nominal=self._nominal(solution, 1.0 if facts.kind is Kind.RATE else None),
             full_scale=rows.full_scale,
             span=float(np.ptp(u)) * rows.full_scale,
@@ -483,50 +488,48 @@ class _Measurement:
             points=response_points(solution, steps, model) if answers else (),
             fitted=curve(solution, wide) if answers else np.zeros((0, 3)),
             aided=None if aided is None else aided[0],
-            table=self.whole.to_json(),
+            table=TableMotion.from_json(self.whole.to_json()),
             clock=self.timing.source,
+            clipped=_clipping(self.clipped, self.table),
+            other_offsets=self.coarse.others,
+            either_sign=self.coarse.either_sign,
+            loop_alike=LAG in self.timing.lags and isinstance(self.whole, Sampled),
+            settled=self.timing.settles,
+            not_whole=self._not_whole(rows),
             dead_time=self.timing.window.dead_time,
             guard=self.timing.window.guard,
             axis=self.earth.axis,
             earth=self.earth.along,
             model=model,
-            model_source="this record" if self.given is None else "given",
+            model_source=NoiseOrigin.RECORD if self.given is None else NoiseOrigin.GIVEN,
             duration=self.recording.duration,
             block=rows.dt,
         )
 
-    def _notes(self, estimate: RateTableEstimate, solution: TableSolution) -> tuple[str, ...]:
-        """What was found on the way."""
-        facts = self.recording[self.channel]
-        notes = [clipped_words(self.clipped, self.table, facts)]
-        notes += [clock_words(estimate, self.timing.lags), repeat_words(self.coarse)]
-        if not self.timing.settles:
-            notes.append(
-                "the sensor or the table has not settled within half of a step: make the steps longer"
-            )
-        notes.append(self.earth.note(facts.kind is Kind.RATE))
-        if isinstance(self.table, RateSteps) and self.earth.axis in ("horizontal", "unknown"):
-            used = np.flatnonzero(solution.rows.steps[:, 0] > 0)
-            length = (solution.rows.steps[used, 3] - solution.rows.steps[used, 2]) / self.recording.rate
-            count = not_whole(self.table, used, length)
-            if count:
-                notes.append(
-                    f"{count} of {plural(len(used), 'step')} {'does' if count == 1 else 'do'} not turn by whole "
-                    "revolutions: what the Earth and gravity add across the axis does not average there; state the "
-                    "misalignment to have it in the interval"
-                )
-        if isinstance(self.whole, Sampled) and isinstance(self.table, RateSteps):
-            count = len(self.table.rate)
-            notes.append(
-                f"the table's own record shows {plural(count, 'stretch')} of constant rate: each is taken as a step"
-            )
-        if isinstance(self.whole, Sinusoids) and len(self.whole.start) > len(self.table.spans):
-            notes.append(
-                f"the scale factor is that at the lowest frequency, {float(self.table.frequency[0]):.4g} Hz"  # type: ignore[union-attr]
-            )
-        if facts.kind is Kind.RATE and solution.scale[0] < 0:
-            notes.append(
-                "the channel reads negative where the table turns positive: the sensor, or the table, counts the other "
-                "way round"
-            )
-        return tuple(n for n in notes if n)
+    def _not_whole(self, rows: RegressionRows) -> int:
+        """Steps over which the Earth across the axis does not average, where it matters."""
+        if not (isinstance(self.table, RateSteps) and self.earth.axis in ("horizontal", "unknown")):
+            return 0
+        used = np.flatnonzero(rows.steps[:, 0] > 0)
+        length = (rows.steps[used, 3] - rows.steps[used, 2]) / self.recording.rate
+        return not_whole(self.table, used, length)
+
+
+def _clipping(clipped: Clipped, table: RateTable) -> Clipping | None:
+    if not clipped.any:
+        return None
+    ends = tuple(end for end in clipped.ends if end is not None)
+    if isinstance(table, RateSteps):
+        rates = table.rate[clipped.steps].tolist()
+        distinct = {round(math.degrees(rate), 6): rate for rate in rates}
+        return Clipping(ends=ends, steps=len(rates), rates=tuple(distinct[r] for r in sorted(distinct)))
+    sides = tuple(x for x in (clipped.below, clipped.above) if math.isfinite(x))
+    return Clipping(ends=ends, steps=0, rates=sides)
+
+
+def _verdict(estimate: RateTableEstimate, *, separable: bool) -> TableVerdict:
+    if not separable:
+        return TableVerdict.NOT_SEPARABLE
+    if not estimate["scale factor"].resolved:
+        return TableVerdict.NOT_RESOLVED
+    return TableVerdict.INCONSISTENT if any(c.grave for c in estimate.checks) else TableVerdict.RESOLVED

@@ -14,6 +14,7 @@ from allanite.experiments.rate_table.record.fit import TableSolution
 from allanite.experiments.rate_table.record.rows import ABSOLUTE, RATE, TEMPERATURE, WARM_RATE, power
 from allanite.experiments.rate_table.results import ResponseParameter
 from allanite.quantities.distributions import chi_square_quantile, normal_quantile, student_quantile
+from allanite.quantities.quantity import QuantityStatus
 from allanite.quantities.residual_tests import SEEN
 
 __all__ = ["ORDINALS", "Wide", "curve", "parameters_of"]
@@ -56,17 +57,22 @@ class Wide:
         low, high = value - half, value + half
         threshold = self.quantile(_THREE) * total
         resolved = math.isfinite(total) and abs(value - zero) >= threshold * (1 - 1e-12)
-        limit = None if resolved or not math.isfinite(total) else max(abs(low), abs(high))
         return ResponseParameter(
             name=name,
             value=value,
             sd=sd,
             total_sd=total,
-            interval=(low, high),
+            lower=low,
+            upper=high,
             unit=unit,
-            resolved=resolved,
-            limit=limit,
+            status=_status(resolved=resolved, bounded=math.isfinite(total)),
         )
+
+
+def _status(*, resolved: bool, bounded: bool) -> QuantityStatus:
+    if resolved:
+        return QuantityStatus.RESOLVED
+    return QuantityStatus.UPPER_LIMIT if bounded else QuantityStatus.NOT_RESOLVED
 
 
 #: Probability of being less than three standard deviations above, in the normal law.
@@ -133,16 +139,15 @@ def nonlinearity(solution: TableSolution, wide: Wide) -> ResponseParameter:
     at = int(np.argmax(np.abs(value)))
     high = float((np.abs(value) + reach * sd).max())
     low = max(float((np.abs(value) - reach * sd).max()), 0.0)
-    is_resolved = _joint(solution, wide)
     return ResponseParameter(
         name="nonlinearity",
         value=float(np.abs(value[at])),
         sd=float(sd[at]),
         total_sd=float(sd[at]),
-        interval=(low, high),
+        lower=low,
+        upper=high,
         unit="1",
-        resolved=is_resolved,
-        limit=None if is_resolved else high,
+        status=_status(resolved=_joint(solution, wide), bounded=True),
     )
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.experiments.rate_table.checks import TableCheck
 from allanite.experiments.rate_table.motion import RateSteps
 from allanite.experiments.rate_table.record.fit import TableSolution, design
 from allanite.experiments.rate_table.record.rows import (
@@ -23,13 +24,13 @@ from allanite.experiments.rate_table.record.rows import (
     power,
 )
 from allanite.experiments.rate_table.results import NoiseAtRate
+from allanite.experiments.rate_table.verdict import TableCheckKind
 from allanite.filtering.regression import Regression
 from allanite.noise import NoiseModel, White
 from allanite.quantities.distributions import chi_square_tail
-from allanite.quantities.residual_tests import ALARM, FOREIGN, ResidualTest, alarm, scatter_check, size_check
+from allanite.quantities.residual_tests import ALARM, FOREIGN, alarm, scatter_check, size_check
 
 __all__ = [
-    "AGREEMENT",
     "agreement_checks",
     "noise_by_rate",
     "noise_checks",
@@ -39,8 +40,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-AGREEMENT = "agreement with the table"
-"""Name of a check."""
 #: Groups of rates of a record whose rate changes all the time; most rates of steps that are looked at one by one.
 GROUPS, MANY = 8, 200
 #: Usual and least differences of a group.
@@ -92,20 +91,17 @@ def _groups(rows: RegressionRows, rate: Array) -> tuple[NDArray[np.int64], Array
     return group, np.array([rate[group == g].mean() if (group == g).any() else 0.0 for g in range(count)])
 
 
-def noise_checks(by_rate: Sequence[NoiseAtRate]) -> tuple[ResidualTest, ...]:
+def noise_checks(by_rate: Sequence[NoiseAtRate]) -> tuple[TableCheck, ...]:
     """Size of the noise at the smallest rate; and whether it grows with the rate."""
     if not by_rate:
         return ()
     rest, *others = sorted(by_rate, key=lambda n: n.rate)
-    checks = [size_check(rest.chi2, rest.dof)]
+    checks = [TableCheck.of(TableCheckKind.SIZE, size_check(rest.chi2, rest.dof))]
     if others:
         base = max(rest.ratio, 1.0) ** 2
         worst = min(others, key=lambda n: chi_square_tail(n.chi2 / base, n.dof))
-        says = (
-            f"the noise depends on the rate: at {math.degrees(worst.rate):.4g} deg/s it is {worst.ratio:.2f} times "
-            "that of the model, the table's own jitter or the sensor's; samples at such rates count for less"
-        )
-        checks.append(alarm("noise against the rate", worst.chi2 / base, worst.dof, says, looks=len(others)))
+        test = alarm("noise", worst.chi2 / base, worst.dof, looks=len(others))
+        checks.append(TableCheck.of(TableCheckKind.BY_RATE, test, rate=worst.rate, value=worst.ratio))
     return tuple(checks)
 
 
@@ -122,7 +118,7 @@ def trust_by_rate(rows: RegressionRows, by_rate: Sequence[NoiseAtRate]) -> Array
     return np.asarray(1 / ratio[nearest] ** 2)
 
 
-def agreement_checks(solution: TableSolution) -> tuple[ResidualTest, ...]:
+def agreement_checks(solution: TableSolution) -> tuple[TableCheck, ...]:
     """Where far more of the response is left than the noise allows, or than any curvature is, it is another table."""
     rows = solution.rows
     weight, signal, left = (
@@ -135,30 +131,19 @@ def agreement_checks(solution: TableSolution) -> tuple[ResidualTest, ...]:
     chi2, dof = solution.fit.chi2, max(solution.fit.dof, 1)
     if solution.fit.unbounded or share < STRANGE or chi2 < FOREIGN**2 * dof:
         return ()
-    says = (
-        f"the record does not follow the table: {100 * share:.3g} % of the signal is left; look at the times and "
-        "the unit of the table's rates, and whether its rows are close enough to hold each change"
-    )
-    return (ResidualTest(name=AGREEMENT, statistic=chi2, dof=dof, p=0.0, passed=False, says=says),)
+    kind = TableCheckKind.AGREEMENT
+    return (TableCheck(kind=kind, statistic=chi2, dof=dof, p=0.0, passed=False, value=share),)
 
 
 def regression_checks(
     solution: TableSolution, model: NoiseModel, others: Sequence[str], *, steps: RateSteps | None
-) -> tuple[ResidualTest, ...]:
+) -> tuple[TableCheck, ...]:
     """Columns that should not be there: each is tried beside the fit."""
     trial = _Trial(solution=solution, model=model, others=tuple(others))
     shape = None if steps is not None else _shape(solution, trial)
     chi2, dof, size = trial.loop()
-    says = (
-        "the output depends on whether the rate came from below or from above, at rest by "
-        f"{1e6 * size:.3g} ppm of full scale: hysteresis, or a sensor that has not settled"
-    )
-    hysteresis = _alarm("hysteresis", chi2, dof, says)
-    says = (
-        "the scale factor changes through the record: let the sensor and the table warm up, or fit a temperature "
-        "beside it (--temperature)"
-    )
-    constancy = _alarm("constancy of the scale factor", *trial.gain((CONSTANCY,)), says)
+    hysteresis = _alarm(TableCheckKind.HYSTERESIS, chi2, dof, size)
+    constancy = _alarm(TableCheckKind.CONSTANCY, *trial.gain((CONSTANCY,)))
     return tuple(c for c in (shape, hysteresis, constancy) if c is not None)
 
 
@@ -191,21 +176,16 @@ class _Trial:
         return rows.regress(np.column_stack([table, *more]), (*fit_names, *names), self.model)
 
 
-def _alarm(name: str, chi2: float, dof: int, says: str) -> ResidualTest | None:
-    return alarm(name, chi2, dof, says) if dof else None
+def _alarm(kind: TableCheckKind, chi2: float, dof: int, value: float = math.nan) -> TableCheck | None:
+    return TableCheck.of(kind, alarm(kind, chi2, dof), value=value) if dof else None
 
 
-def _shape(solution: TableSolution, trial: _Trial) -> ResidualTest | None:
+def _shape(solution: TableSolution, trial: _Trial) -> TableCheck | None:
     """Powers above those that were fitted. How far the interval is from holding then, their gain does not say."""
     degree = 2 if solution.shape == (ABSOLUTE,) else len(solution.shape) + 1
     names = [power(k) for k in (degree + 1, degree + 2) if k <= POWERS]
     chi2, dof = trial.gain(names) if names else (0.0, 0)
     if not dof:
         return None
-    says = (
-        "the response is not the curve that was fitted: higher powers of the rate are in it; fit a higher degree "
-        "(--nonlinearity 3)"
-    )
-    return replace(
-        scatter_check("rates", chi2, dof, ""), name="shape of the response", says=says, widens=False
-    )
+    test = replace(scatter_check("rates", chi2, dof), widens=False)
+    return TableCheck.of(TableCheckKind.POWERS, test)

@@ -6,18 +6,20 @@ Their covariance under the noise model is that of `allanite.noise.span_means`, a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.experiments.rate_table.checks import TableCheck
 from allanite.experiments.rate_table.motion import RateSteps
 from allanite.experiments.rate_table.record.fit import TableSolution
 from allanite.experiments.rate_table.record.rows import RATE, TEMPERATURE, WARM_RATE
+from allanite.experiments.rate_table.verdict import TableCheckKind
 from allanite.filtering.regression import LEVEL
 from allanite.noise import NoiseModel, White
 from allanite.noise.span_means import contrast_whitener, span_covariance
-from allanite.quantities.residual_tests import ResidualTest, scatter_check
+from allanite.quantities.residual_tests import scatter_check
 from allanite.recording.records import Sampling
 
 __all__ = ["StepMeans"]
@@ -104,7 +106,7 @@ class StepMeans:
         out[order[1:]] = np.cumsum(apart)
         return out
 
-    def checks(self) -> tuple[ResidualTest, ...]:
+    def checks(self) -> tuple[TableCheck, ...]:
         """Do repeats of a rate agree, and do the rates lie on the fitted curve?"""
         whole, dof = self._left(self.design)
         if dof < 1:
@@ -112,15 +114,11 @@ class StepMeans:
         again = np.eye(self.size)[self.group]  # of residuals, for a table does not quite repeat its rates
         same, repeats = self._left(np.column_stack([again, self.companions]))
         if repeats < REPEATS:
-            return (scatter_check("steps", whole, dof, _REASONS),)
-        checks = [scatter_check("repeats", same, repeats, _REPEATS)]
+            return (TableCheck.of(TableCheckKind.STEPS, scatter_check("steps", whole, dof)),)
+        checks = [TableCheck.of(TableCheckKind.REPEATS, scatter_check("repeats", same, repeats))]
         if dof > repeats:
-            says = (
-                "the response is not the curve that was fitted: the means of the rates lie {:.2f} times as far from it "
-                "as the noise allows; fit a higher degree (--nonlinearity 3), or asymmetry (--nonlinearity sign)"
-            )
-            curve_check = scatter_check("rates", max(whole - same, 0.0), dof - repeats, "")
-            checks.append(_renamed(curve_check, "shape of the response", says.format(curve_check.ratio)))
+            test = scatter_check("rates", max(whole - same, 0.0), dof - repeats)
+            checks.append(TableCheck.of(TableCheckKind.SHAPE, test))
         return tuple(checks)
 
     def _left(self, design: Array) -> tuple[float, int]:
@@ -134,19 +132,6 @@ class StepMeans:
         left = left[:, values > 1e-9 * values.max(initial=0.0)]
         y = y - left @ (left.T @ y)
         return float(y @ y), self.size - 1 - left.shape[1]
-
-
-_REASONS = (
-    "the rate of the table, its seat or the sensor changes from step to step (the interval is widened for it)"
-)
-_REPEATS = (
-    "the same rate does not give the same output: hysteresis, warming up, the rate of the table, or its seat (the "
-    "interval is widened for it)"
-)
-
-
-def _renamed(check: ResidualTest, name: str, says: str) -> ResidualTest:
-    return replace(check, name=name, says=says)
 
 
 def _trust(solution: TableSolution, number: NDArray[np.int64]) -> Array:

@@ -107,6 +107,16 @@ def latitude_check(
     return _asked(VectorCheckKind.LATITUDE, statistic, 1, latitude=measured_latitude, expected=latitude)
 
 
-def _asked(kind: VectorCheckKind, statistic: float, dof: int, **values: float) -> VectorCheck:
+def _asked(
+    kind: VectorCheckKind, statistic: float, dof: int, latitude: float = math.nan, expected: float = math.nan
+) -> VectorCheck:
     p = chi_square_tail(statistic, dof)
-    return VectorCheck(kind=kind, statistic=statistic, dof=dof, p=p, passed=p >= ALARM, **values)
+    return VectorCheck(
+        kind=kind,
+        statistic=statistic,
+        dof=dof,
+        p=p,
+        passed=p >= ALARM,
+        latitude=latitude,
+        expected=expected,
+    )

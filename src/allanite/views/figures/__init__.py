@@ -465,16 +465,17 @@ def _variation(given: Any, *, view: str = "whole", channels: Sequence[str] | Non
 
 
 def _rate_table(result: Any, *, view: str = "whole") -> Sheet:
+    from allanite.experiments.rate_table import RateTableEstimate
     from allanite.views.figures import response
 
     _known_view(view, response.VIEWS, "a run on a rate table")
-    document = result if isinstance(result, Mapping) else result.to_json()
+    shown: RateTableEstimate = RateTableEstimate.from_json(result) if isinstance(result, Mapping) else result
     parts: Parts = {
-        "response": lambda: response.response_panels(document),
-        "steps": lambda: response.step_panels(document),
-        "drift": lambda: response.drift_panels(document),
-        "noise": lambda: response.noise_panels(document),
-        "frequency": lambda: response.frequency_panels(document),
+        "response": lambda: response.response_panels(shown),
+        "steps": lambda: response.step_panels(shown),
+        "drift": lambda: response.drift_panels(shown),
+        "noise": lambda: response.noise_panels(shown),
+        "frequency": lambda: response.frequency_panels(shown),
     }
     return _in_view(parts, view, f"this run on a rate table has no figure {view!r}")
 

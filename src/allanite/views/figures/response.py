@@ -1,27 +1,26 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A sensor on a rate table: its response less the best straight line, the steps one after another, noise, bandwidth.
 
-Everything is drawn from the plain document of a `RateTableEstimate`; deviations are in ppm of full scale.
+Deviations are in ppm of full scale.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from allanite.experiments.rate_table import RateTableEstimate
 from allanite.views.figures.earth import quantile
 from allanite.views.figures.panel import Array, Axis, Curve, Label, Panel, around, array
 from allanite.views.figures.records import clock
-from allanite.views.wording import DEG, full_output, output_unit
+from allanite.views.wording import DEG, PPM, output_unit
 
 __all__ = ["VIEWS", "drift_panels", "frequency_panels", "noise_panels", "response_panels", "step_panels"]
 
-Json = Mapping[str, Any]
-
 VIEWS = ("whole", "response", "steps", "drift", "noise", "frequency")
-_PPM = 1e-6
 _SIDES = (
     (0, "mean of a step", "z", "circle"),
     (1, "rate growing", "z", "triangle"),
@@ -29,17 +28,17 @@ _SIDES = (
 )
 
 
-def response_panels(document: Json) -> list[Panel]:
+def response_panels(result: RateTableEstimate) -> list[Panel]:
     """Deviation of the response from its best straight line against the rate, with the fitted curve."""
-    points = document["points"]
+    points = result.points
     if not points:
         return []
-    wide, percent = quantile(document["confidence"]), f"{100 * document['confidence']:g} %"
-    fitted = array(document["fitted"]).reshape(-1, 3)
+    wide, percent = quantile(result.confidence), f"{100 * result.confidence:g} %"
+    fitted = result.fitted
     rate, value, sd = (
-        fitted[:, 0] * document["full_scale"] / DEG,
-        fitted[:, 1] / _PPM,
-        wide * fitted[:, 2] / _PPM,
+        fitted[:, 0] * result.full_scale / DEG,
+        fitted[:, 1] / PPM,
+        wide * fitted[:, 2] / PPM,
     )
     band = Curve(
         x=rate,
@@ -52,14 +51,14 @@ def response_panels(document: Json) -> list[Panel]:
     )
     curves = [band]
     for direction, name, colour, marker in _SIDES:
-        along = [p for p in points if p["direction"] == direction]
+        along = [p for p in points if p.direction == direction]
         if not along:
             continue
-        y, half = (array([p[k] for p in along]) / _PPM for k in ("deviation", "sd"))
-        half = wide * half
+        y = array([p.deviation for p in along]) / PPM
+        half = wide * array([p.sd for p in along]) / PPM
         curves.append(
             Curve(
-                x=array([p["rate"] for p in along]) / DEG,
+                x=array([p.rate for p in along]) / DEG,
                 y=y,
                 lower=y - half,
                 upper=y + half,
@@ -72,7 +71,7 @@ def response_panels(document: Json) -> list[Panel]:
         )
     return [
         Panel(
-            title=f"Response less its best straight line: {document['verdict']}",
+            title=f"Response less its best straight line: {result.verdict.words}",
             x=Axis(label="Rate of the table [deg/s]"),
             y=Axis(label="Deviation [ppm of full scale]", limits=_ends(curves)),
             curves=tuple(curves),
@@ -83,18 +82,18 @@ def response_panels(document: Json) -> list[Panel]:
     ]
 
 
-def step_panels(document: Json) -> list[Panel]:
+def step_panels(result: RateTableEstimate) -> list[Panel]:
     """What the fit leaves of each step, in the order of time, before and after the slow noise was removed."""
-    steps = [s for s in document["steps"] if s["used"] and s["residual"] is not None]
-    size = full_output(document)
+    steps = [s for s in result.steps if s.used and math.isfinite(s.residual)]
+    size = result.full_output
     if not steps or not size:
         return []
-    wide, percent = quantile(document["confidence"]), f"{100 * document['confidence']:g} %"
-    unit, second = clock(document["duration"])
-    x = array([(s["start"] + s["stop"]) / 2 for s in steps]) / second
+    wide, percent = quantile(result.confidence), f"{100 * result.confidence:g} %"
+    unit, second = clock(result.duration)
+    x = array([(s.start + s.stop) / 2 for s in steps]) / second
     y, half = (
-        array([s["residual"] for s in steps]) / size / _PPM,
-        array([s["sd"] for s in steps]) / size / _PPM,
+        array([s.residual for s in steps]) / size / PPM,
+        array([s.sd for s in steps]) / size / PPM,
     )
     raw = Curve(
         x=x,
@@ -108,16 +107,14 @@ def step_panels(document: Json) -> list[Panel]:
         marker="circle",
     )
     curves = [raw]
-    corrected = array([s["corrected"] for s in steps]) / size / _PPM
+    corrected = array([s.corrected for s in steps]) / size / PPM
     if np.isfinite(corrected).any():
         label = "slow noise removed against the table"
         curves.append(Curve(x=x, y=corrected, label=label, colour="orange", style="none", marker="square"))
     return [
         Panel(
             title="What the fit leaves of each step",
-            x=Axis(
-                label=f"Time since the first sample [{unit}]", limits=(0.0, document["duration"] / second)
-            ),
+            x=Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, result.duration / second)),
             y=Axis(label="Residual [ppm of full scale]", limits=_ends(curves)),
             curves=tuple(curves),
             labels=(Label(x=0.0, y=0.0, text="", colour="ink", place="level"),),
@@ -127,35 +124,33 @@ def step_panels(document: Json) -> list[Panel]:
     ]
 
 
-def drift_panels(document: Json) -> list[Panel]:
+def drift_panels(result: RateTableEstimate) -> list[Panel]:
     """The slow noise that the reference-aided filter took off."""
-    aided = document["aided"]
+    aided = result.aided
     if aided is None:
         return []
-    unit, second = clock(document["duration"])
-    text, factor = output_unit(document)
-    drift = array(aided["drift"]) / factor
+    unit, second = clock(result.duration)
+    text, factor = output_unit(result)
+    drift = aided.drift / factor
     return [
         Panel(
             title="Slow noise, by the filter that is told the fitted response",
-            x=Axis(
-                label=f"Time since the first sample [{unit}]", limits=(0.0, document["duration"] / second)
-            ),
+            x=Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, result.duration / second)),
             y=Axis(label=f"Slow noise [{text}]", limits=around(drift)),
-            curves=(Curve(x=array(aided["time"]) / second, y=drift, label="removed", colour="z"),),
+            curves=(Curve(x=aided.time / second, y=drift, label="removed", colour="z"),),
             height=0.24,
         )
     ]
 
 
-def noise_panels(document: Json) -> list[Panel]:
+def noise_panels(result: RateTableEstimate) -> list[Panel]:
     """The noise against the rate, over that of the model, with where it would lie by chance."""
-    rows = document["noise_by_rate"]
+    rows = result.noise_by_rate
     if len(rows) < 2:
         return []
-    rate, ratio = (array([r[k] for r in rows]) for k in ("rate", "ratio"))
-    half = quantile(document["confidence"]) / np.sqrt(2 * array([r["dof"] for r in rows]))
-    percent = f"{100 * document['confidence']:g} %"
+    rate, ratio = array([r.rate for r in rows]), array([r.ratio for r in rows])
+    half = quantile(result.confidence) / np.sqrt(2 * array([r.dof for r in rows]))
+    percent = f"{100 * result.confidence:g} %"
     expected = Curve(
         x=rate / DEG,
         y=np.ones_like(rate),
@@ -179,19 +174,19 @@ def noise_panels(document: Json) -> list[Panel]:
     ]
 
 
-def frequency_panels(document: Json) -> list[Panel]:
+def frequency_panels(result: RateTableEstimate) -> list[Panel]:
     """Gain and phase at each frequency."""
-    rows = document["frequencies"]
+    rows = result.frequencies
     if not rows:
         return []
-    wide, percent = quantile(document["confidence"]), f"{100 * document['confidence']:g} %"
-    lowest = min(rows, key=lambda r: float(r["frequency"]))
-    frequency = array([r["frequency"] for r in rows])
+    wide, percent = quantile(result.confidence), f"{100 * result.confidence:g} %"
+    lowest = min(rows, key=lambda r: r.frequency)
+    frequency = array([r.frequency for r in rows])
     x = Axis(label="Frequency [Hz]", log=True)
     look: dict[str, Any] = {"style": "none", "marker": "circle", "bars": True}
-    gains = f"Gain over that at {lowest['frequency']:g} Hz"
-    gain, gain_half = (array([r[k] for r in rows]) / lowest["gain"] for k in ("gain", "gain_sd"))
-    phase, phase_half = (np.degrees(array([r[k] for r in rows])) for k in ("phase", "phase_sd"))
+    gains = f"Gain over that at {lowest.frequency:g} Hz"
+    gain, gain_half = array([(r.gain, r.gain_sd) for r in rows]).T / lowest.gain
+    phase, phase_half = np.degrees(array([(r.phase, r.phase_sd) for r in rows])).T
     return [
         _bode("Gain", gains, frequency, gain, wide * gain_half, x, percent, look),
         _bode("Phase", "Phase [deg]", frequency, phase, wide * phase_half, x, percent, look),

@@ -38,7 +38,6 @@ _HERE = Path(__file__).parent
 _PAGES = {
     "allanite-filtered": "filtered",
     "allanite-reference-aided": "filtered",
-    "allanite-rate-table": "rate_table",
     "allanite-alignment": "alignment",
     "allanite-calibration-estimate": "calibration",
     "allanite-plan": "plan",

@@ -17,7 +17,6 @@ from allanite.views.terminal.measurements import (
 from allanite.views.terminal.monitor import monitoring, show_monitor
 from allanite.views.terminal.page import show_document, show_models, show_page
 from allanite.views.terminal.position_plan import show_position_plan
-from allanite.views.terminal.rate_table import show_rate_table
 from allanite.views.terminal.recovery import show_compaction, show_recovery
 from allanite.views.terminal.redundancy import show_combination
 from allanite.views.terminal.selection import show_selection
@@ -56,7 +55,6 @@ __all__ = [
     "show_page",
     "show_plan",
     "show_position_plan",
-    "show_rate_table",
     "show_recording",
     "show_recovery",
     "show_selection",

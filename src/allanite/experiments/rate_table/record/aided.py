@@ -72,10 +72,6 @@ def aided_of(
     every = max(len(drift) // POINTS, 1)
     time: Array = (np.arange(len(drift), dtype=np.float64) + 0.5) * rows.dt
     fitted = solution.predicted()
-    statement = (
-        "told the fitted response to the table, the filter of the seed paper takes slow noise off the record; what it "
-        "leaves agrees with what it was told, and is no measurement"
-    )
     aided = Aided(
         time=_final(time[::every]),
         drift=_final(drift[::every]),
@@ -83,7 +79,6 @@ def aided_of(
         corrected=after,
         scale=_slope(solution, corrected + fitted) / rows.full_scale,
         scale_raw=_slope(solution, rows.mean) / rows.full_scale,
-        statement=statement,
     )
     return aided, corrected_of
 

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a run on a rate table comes to, in sentences."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from allanite.experiments.rate_table.checks import TableCheck
+from allanite.experiments.rate_table.verdict import TableRemark
+from allanite.plain_files.counted import plural
+from allanite.quantities.residual_tests import SEEN
+
+__all__ = [
+    "AIDED",
+    "ONE_CLOCK",
+    "ONE_RATE",
+    "REMARKS",
+    "before_or_behind",
+    "clipped",
+    "contradicted",
+    "degree_too_high",
+    "earth_in_bias",
+    "known_to",
+    "lowest",
+    "not_whole",
+    "offset_of_clocks",
+    "plateaus",
+    "repeats",
+    "too_small",
+]
+
+#: Offsets that are listed.
+LISTED = 3
+
+ONE_RATE = "scale factor and bias cannot be told apart: the table turned at one rate only"
+ONE_CLOCK = (
+    "no change of the rate can be seen in the record: the clocks of table and record are taken for one"
+)
+AIDED = (
+    "told the fitted response to the table, the filter of the seed paper takes slow noise off the record; what it "
+    "leaves agrees with what it was told, and is no measurement"
+)
+REMARKS = {
+    TableRemark.RATES: "record at two rates at least, of both signs, and at rest",
+    TableRemark.DEGREE: "record at more rates, or fit a lower degree (--nonlinearity 1)",
+    TableRemark.UNSETTLED: (
+        "the sensor or the table has not settled within half of a step: make the steps longer"
+    ),
+    TableRemark.REVERSED: (
+        "the channel reads negative where the table turns positive: the sensor, or the table, counts the other way "
+        "round"
+    ),
+}
+
+
+# -- the reason ---------------------------------------------------------------------------------------------
+
+
+def degree_too_high(rates: int) -> str:
+    """Why a curve is not determined."""
+    which = plural(rates, "rate", "do") if rates else "these rates do"
+    return f"{which} not determine a curve of this degree"
+
+
+def too_small(value: float, sd: float) -> str:
+    """Why the response is not seen."""
+    size = abs(value) / sd if sd else math.inf
+    return (
+        f"the response to the table is {size:.1f} standard deviations from none, {SEEN:g} are needed: is it the "
+        "channel on the axis of the table, and the table of this record?"
+    )
+
+
+def contradicted(check: TableCheck) -> str:
+    """Which check contradicts the model or the table."""
+    return f"the residuals contradict the noise model or the table: {check.says}"
+
+
+def known_to(relative: float, inflation: float, failed: Sequence[TableCheck]) -> str:
+    """How well the scale factor is known, relative to it."""
+    ppm = 1e6 * relative
+    size = f"{ppm:.2g} ppm" if ppm < 1000 else f"{ppm / 1e4:.2g} %"
+    widened = f", widened {inflation:.2f} times" if inflation > 1 else ""
+    names = f"; not passed: {', '.join(c.name for c in failed)}" if failed else ""
+    return f"the scale factor is known to {size} (1 sd){widened}{names}"
+
+
+# -- on the way ---------------------------------------------------------------------------------------------
+
+
+def clipped(ends: Sequence[str], rates: Sequence[float], steps: int) -> str:
+    """What is left out because the sensor is at the end of its range: steps at these rates, or rates beyond them."""
+    head = f"the range ends at {' and '.join(ends)}"
+    degrees = [math.degrees(rate) for rate in rates]
+    if steps:
+        listed = ", ".join(f"{round(r, 6):g}" for r in degrees)
+        return f"{head}: {steps} step{'s' * (steps > 1)} at {listed} deg/s clip, and are left out"
+    return f"{head}: rates beyond {' and '.join(f'{r:.4g}' for r in degrees)} deg/s clip, and are left out"
+
+
+def repeats(offsets: Sequence[float], *, either_sign: bool) -> str:
+    """That the motion of the table fits the record at other offsets, too."""
+    listed = ", ".join(f"{x:.4g}" for x in offsets[:LISTED])
+    more = ", …" if len(offsets) > LISTED else ""
+    sign = ", at some of them with the other sign of the scale factor" if either_sign else ""
+    return (
+        f"the motion of the table repeats itself, and fits the record by a clock offset of {listed}{more} s as well"
+        f"{sign}: give the offset (--offset) where it is known"
+    )
+
+
+def before_or_behind(delay: float, half: float) -> str:
+    """The delay of the output, by a clock that was given."""
+    size = f"{_seconds(abs(delay))} (± {_seconds(half)})"
+    words = f"the output is {size} behind the table"
+    if delay < 0:
+        words = f"the output comes {size} before the table, which no sensor does"
+    return f"{words}, by the clock that was given"
+
+
+def offset_of_clocks(
+    offset: float, half: float, drift: float | None, *, between: bool, loop_alike: bool
+) -> str:
+    """How the clocks were compared; whether the edges lie `between` steps, and a hysteresis would look the same."""
+    words = f"the table's zero is at {_seconds(offset)} of the record (± {_seconds(half)})"
+    if between:
+        words += ", for what the table does between its steps is not known"
+    else:
+        words += ", the delay of the sensor included"
+    if drift is not None:
+        words += f"; its clock runs {1e6 * drift:+.0f} ppm against the table's"
+    return words + ("; a hysteresis of a steady sweep would look the same" if loop_alike else "")
+
+
+def _seconds(value: float) -> str:
+    return f"{1e3 * value:.3g} ms" if abs(value) < 0.9995 else f"{value:.4g} s"
+
+
+def earth_in_bias(along: float | None, axis: str, *, relative: bool) -> str:
+    """What the bias holds of the Earth; "" where it is not known."""
+    if along is None:
+        if axis == "horizontal":
+            return "the bias holds the Earth's rotation along the table's axis, which depends on where that points"
+        return ""
+    size = math.degrees(along) * 3600
+    of = "" if relative else ", times the scale factor"
+    if axis == "vertical":
+        return (
+            f"the bias holds the Earth's rotation on the vertical axis, {abs(size):.3f} deg/h{of}, with the sign of "
+            "the table's direction: say which way it points (--axis up or down)"
+        )
+    return f"the bias holds {size:+.3f} deg/h of the Earth's rotation{of}"
+
+
+def not_whole(count: int, used: int) -> str:
+    """That the Earth and gravity do not average over the steps."""
+    return (
+        f"{count} of {plural(used, 'step')} {'does' if count == 1 else 'do'} not turn by whole revolutions: what the "
+        "Earth and gravity add across the axis does not average there; state the misalignment to have it in the "
+        "interval"
+    )
+
+
+def plateaus(count: int) -> str:
+    """That the encoder shows steps."""
+    return (
+        f"the table's own record shows {plural(count, 'stretch')} of constant rate: each is taken as a step"
+    )
+
+
+def lowest(frequency: float) -> str:
+    """Which of several sinusoids tells the scale factor."""
+    return f"the scale factor is that at the lowest frequency, {frequency:.4g} Hz"
