@@ -61,12 +61,11 @@ site: $(VENV)/.docs ## the documents as a site in build/site/index.html: searcha
 links: $(VENV)/.docs ## do the links of the documents to other sites still work? (needs a network)
 	$(BIN)/python -m sphinx -q -b linkcheck -c docs/site -d build/site-cache . build/links
 
-lint: $(VENV)/.dev ## style, types, the import contract and bandit
+lint: $(VENV)/.dev ## style, security (the S rules of ruff), types and the import contract
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	MYPY_NUM_WORKERS=$(MYPY_NUM_WORKERS) $(BIN)/mypy --strict src examples/seed_paper/allanite_seed_paper
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/bandit -q -c pyproject.toml -r src examples
 
 kernels-test: ## the C++ kernels alone, with sanitizers, without Python
 	$(MAKE) -C kernels test

@@ -28,7 +28,7 @@ __all__ = ["DeviceLock", "locked_device"]
 
 #: Where devices are locked for the whole machine: the first of them that everybody may write to, and nobody remove the
 #: files of others from, so that all users take the same one, whatever they may do and whatever TMPDIR says.
-_SHARED: Final = (Path("/run/lock"), Path("/tmp"))  # nosec B108  # noqa: S108 - opened without following links, for no more than a lock
+_SHARED: Final = (Path("/run/lock"), Path("/tmp"))  # noqa: S108 - opened without following links, for no more than a lock
 _FOR_ALL: Final = stat.S_ISVTX | stat.S_IWOTH
 
 

@@ -101,7 +101,7 @@ class Guard:
         name, port = _split(host.lower())
         if port not in ((self._settings.port, None) if self._settings.port == 80 else (self._settings.port,)):
             return False
-        return name in self._names or (self._settings.host in ("0.0.0.0", "::") and _is_address(name))  # nosec B104  # noqa: S104 - compared, not bound
+        return name in self._names or (self._settings.host in ("0.0.0.0", "::") and _is_address(name))  # noqa: S104 - compared, not bound
 
     def _foreign(self, scope: Scope, headers: Headers) -> Response | None:
         origins = headers.getlist("origin")

@@ -123,7 +123,7 @@ def server_of(application: Application) -> uvicorn.Server:
 
 def address_of(settings: Settings) -> str:
     """What is opened in a browser; it holds the token."""
-    everywhere = settings.host in ("0.0.0.0", "::")  # nosec B104  # noqa: S104 - what the user asked for, in words
+    everywhere = settings.host in ("0.0.0.0", "::")  # noqa: S104 - what the user asked for, in words
     name = socket.gethostname() if everywhere else settings.host
     shown = f"[{name}]" if ":" in name else name
     return f"http://{shown}:{settings.port}/?token={settings.token}{_view_of(settings)}"

@@ -181,9 +181,9 @@ def _filled(template: str, content: Mapping[str, Any]) -> str:
         .get_template(template)
         .render(
             **content,
-            style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),  # nosec B704  # noqa: S704 - our own files
-            script=Markup((_HERE / "page.js").read_text(encoding="utf-8")),  # nosec B704  # noqa: S704 - as above
-            plotly=Markup(_plotly_script()),  # nosec B704  # noqa: S704 - of the installed package
+            style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),  # noqa: S704 - our own files
+            script=Markup((_HERE / "page.js").read_text(encoding="utf-8")),  # noqa: S704 - as above
+            plotly=Markup(_plotly_script()),  # noqa: S704 - of the installed package
         )
     )
 

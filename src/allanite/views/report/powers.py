@@ -19,7 +19,7 @@ def with_powers(text: str) -> Markup:
     """
     safe = _MINUS.sub("−", _SHARED.sub(r"[\1, \3]e\2", printable(str(escape(text)), lines=True)))
     safe = safe.replace("T_b", "<i>T</i><sub>b</sub>").replace("B_equiv", "<i>B</i><sub>equiv</sub>")
-    return Markup(_POWER.sub(lambda m: f"{m[1]}\u202f×\u202f10<sup>{_exponent(m[2])}</sup>", safe))  # nosec B704  # noqa: S704 - escaped above
+    return Markup(_POWER.sub(lambda m: f"{m[1]}\u202f×\u202f10<sup>{_exponent(m[2])}</sup>", safe))  # noqa: S704 - escaped above
 
 
 _SHARED = re.compile(r"\[([\d.]+)e([+-]\d+), ([\d.]+)e\2\]")
