@@ -55,6 +55,11 @@ def clock_set() -> np.ndarray:
 
 FORMS = (
     Refusal(
+        line="convert log.csv out.parquet --force --rate 100 --unit deg/s",
+        files={"log.csv": "y\n" + "".join(f'"2,5{k % 7}4"\n' for k in range(N))},
+        says=("with a decimal comma. Write",),
+    ),
+    Refusal(
         line="convert 'a log.npy' out.parquet --force --rate 100 --unit deg/s",
         files={"a log.npy": cube},
         says=("an array of shape", "choose a record"),

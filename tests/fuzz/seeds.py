@@ -136,6 +136,20 @@ def _objects(path: Path) -> None:
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
 
 
+def _echoed(path: Path) -> None:
+    messages = (
+        f"header:\n  stamp:\n    sec: {k // 100}\n    nanosec: {k % 100 * 10**7}\nangular_velocity:\n"
+        f"  x: {x}\n  y: {y}\ncovariance:\n- {z}\n- 0.0\n---\n"
+        for k, (x, y, z) in enumerate(_samples()[0].tolist())
+    )
+    path.write_text("".join(messages), encoding="utf-8")
+
+
+def _printed(path: Path) -> None:
+    rows = (f"{k / 100}: [({x}, {y}), {z}]" for k, (x, y, z) in enumerate(_samples()[0].tolist()))
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+
+
 def _parts(path: Path) -> None:
     rows = (
         f"2024,2,{28 + k // 40},{k % 24},59,{k % 60},{k * 16},{v[0]:.3f},V"
@@ -440,6 +454,8 @@ FORMATS: Final[dict[str, Format]] = {
     "text, labels": Format(file="d.txt", write=_labels, samples="text/cells_*"),
     "text, objects": Format(file="e.json", write=_objects),
     "text, one document": Format(file="g.json", write=_document),
+    "text, echoed messages": Format(file="h.txt", write=_echoed),
+    "text, printed rows": Format(file="i.txt", write=_printed),
     "text, parts of a date": Format(file="f.csv", write=_parts),
     "text, packed": Format(file="a.csv.gz", write=_packed),
     "Parquet": Format(file="a.parquet", write=_arrow("parquet"), samples="parquet/*.parquet"),

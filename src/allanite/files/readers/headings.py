@@ -195,6 +195,8 @@ _NUMBERED = re.compile(r"[\[({<]\s*(?:samples?|counts?|index|#)\s*[\])}>]\s*$", 
 _MAY_BE_TIME = re.compile(
     r"(?:t|ts|tm|time|stamp)(?:_\w+|(?:acc|gyr|imu|mag|gps|ins|baro|sens)\w*)", re.IGNORECASE
 )
+#: "Acceleration X in m/s^2", "Drehrate in °/s".
+_IN_UNIT = re.compile(r"(.*\S)\s+in\s+(\S+)", re.IGNORECASE)
 #: Where the name of a clock holds its unit: t_us, ustime, millis, seconds_elapsed.
 _UNIT_IN_TIME = tuple(
     re.compile(pattern)
@@ -329,6 +331,8 @@ def _bracketed(text: str) -> tuple[str, str]:
     head, comma, tail = text.rpartition(",")
     if comma and head and is_unit(tail):
         return head, tail.strip()
+    if (match := _IN_UNIT.fullmatch(text)) and is_unit(match[2]):
+        return match[1], match[2]
     return text, ""
 
 

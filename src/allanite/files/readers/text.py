@@ -11,8 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from allanite.files.readers.delimited import read_stream
-from allanite.files.readers.delimited.json_document import as_lines
+from allanite.files.readers.delimited import json_document, read_stream, yaml_documents
 from allanite.files.readers.delimited.streams import is_text, opened
 from allanite.files.readers.table import Options, Table
 
@@ -39,4 +38,5 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         A line of more than a megabyte, more than 4096 columns, or a decompression bomb.
     """
-    return read_stream(as_lines(opened(path), path.name), path, options)
+    stream = yaml_documents.as_lines(json_document.as_lines(opened(path), path.name), path.name)
+    return read_stream(stream, path, options)

@@ -17,12 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.files.readers.delimited.brackets import find_brackets
 from allanite.files.readers.delimited.cells import TextColumns
 from allanite.files.readers.delimited.dates import HALVES, in_halves, moments_column, unwrap_midnight
 from allanite.files.readers.delimited.dialect import Dialect, detect, split
+from allanite.files.readers.delimited.flat_messages import named_as_message
 from allanite.files.readers.delimited.labels import Labels, find_labels
 from allanite.files.readers.delimited.labview import Lvm, find_lvm
-from allanite.files.readers.delimited.preamble import facts_in, rate_in, unit_in
+from allanite.files.readers.delimited.preamble import facts_in, rate_in, units_in
 from allanite.files.readers.delimited.row_kinds import ChosenKind, choose_kind, find_kinds
 from allanite.files.readers.delimited.sentences import Sentences, find_sentences
 from allanite.files.readers.delimited.streams import TextStream, head_lines, other_lines, pieces
@@ -58,15 +60,20 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
             )
             if labels is not None:
                 return _labeled(labels, stream, path, options, lines)
-        kinds = None if sentences is not None else find_kinds(lines, others)
+        brackets = None
+        if sentences is None and options.delimiter is None and options.decimal != ",":
+            brackets = find_brackets([*lines, *others])
+        if brackets is not None:
+            others, lines = brackets.head(others), brackets.head(lines)
+        kinds = find_kinds(lines, others) if sentences is None and brackets is None else None
         chosen = None
         if kinds is not None:
             chosen = choose_kind(stream, kinds, options.variable, options.channel_names, path.name)
         dialect = detect(
             lines,
             others,
-            delimiter="," if sentences else options.delimiter,
-            decimal="." if sentences else options.decimal,
+            delimiter="," if sentences else " " if brackets else options.delimiter,
+            decimal="." if sentences or brackets else options.decimal,
             variable=chosen.name if chosen else None if sentences else options.variable,
             kinds_of_rows=kinds,
             name=path.name,
@@ -75,10 +82,12 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
         if sentences is not None:
             dialect = _of_sentences(dialect, sentences)
         elif chosen is None:
+            dialect = named_as_message(dialect, lines)
             keep = _kept_rows([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
         cells = TextColumns(dialect, path.name, stream.codec, keep, date_order(options.time))
+        rewritten = sentences or brackets
         for piece, line in pieces(stream, dialect.skip, path.name):
-            cells.feed(sentences.piece(piece) if sentences else piece, line)
+            cells.feed(rewritten.piece(piece) if rewritten else piece, line)
         columns = cells.finish()
     table = _table(path, stream, lines, dialect, cells, columns)
     if sentences is not None:
@@ -308,7 +317,7 @@ def _words_beside(lines: list[str], dialect: Dialect) -> tuple[str, ...]:
     for i, kind in enumerate(dialect.kinds[:-1]):
         beside = i not in dialect.unit_columns.values()
         if kind == "x" and beside and dialect.kinds[i + 1] in ("i", "f") and len({r[i] for r in rows}) == 1:
-            names[i + 1] = rows[0][i]
+            names[i + 1] = rows[0][i] if rows[0][i][:1].isalpha() else ""
     return tuple(names) if sum(map(bool, names)) > 1 else dialect.headings
 
 
@@ -318,8 +327,12 @@ def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
     none = ("",) * len(dialect.kinds)
     if any(h.unit and h.group != "time" for h in map(read_heading, dialect.headings)):
         return none, "none"
-    unit = unit_in(dialect.preamble)
-    if unit is None or not is_unit(unit):
+    stated = units_in(dialect.preamble)
+    if len(set(stated)) > 1:
+        units = _units_in_turn(stated, dialect, guesses)
+        return units, "preamble" if any(units) else "none"
+    unit = stated[0] if stated else ""
+    if not is_unit(unit):
         return none, "none"
     if parse_unit(unit, tuple(QuantityKind)).quantity is QuantityKind.TIME:
         guesses.append(
@@ -327,6 +340,19 @@ def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
         )
         return none, "none"
     return shared_unit(unit, dialect.headings, guesses), "preamble"
+
+
+def _units_in_turn(stated: list[str], dialect: Dialect, guesses: list[str]) -> tuple[str, ...]:
+    """Several units: one for each column of numbers, in their order, or none."""
+    numbers = [i for i, kind in enumerate(dialect.kinds) if kind in ("i", "f")]
+    units = [""] * len(dialect.kinds)
+    if len(stated) == len(numbers):
+        for i, unit in zip(numbers, stated, strict=True):
+            units[i] = unit if is_unit(unit) else ""
+    else:
+        listed = ", ".join(dict.fromkeys(filter(None, stated)))
+        guesses.append(f"the lines before the table state several units ({listed}): none is taken (--unit)")
+    return tuple(units)
 
 
 def _questions(name: str, headings: Sequence[str], cells: TextColumns) -> dict[int, str]:

@@ -50,6 +50,9 @@ _BETWEEN = re.compile(r"[,;\s]+")
 _GROUPS = r"[-+]?(?:\d{1,3}(?:\.\d{3})+,\d+|\d{1,3}(?:,\d{3})+\.\d+)"
 #: 3.728,01 or 1,234.5 in a cell of its own.
 _THOUSANDS = re.compile(rf"(?:^|[;\t|\"])[ ]*({_GROUPS})[ ]*[;\t|\"]|[;\t|\"][ ]*({_GROUPS})[ ]*$")
+#: "16,384" among cells whose delimiter is a comma, and any other number with a comma in quotes.
+_QUOTED = re.compile(r'"[ ]*([-+]?\d*,[\d,.eE+-]*\d)[ ]*"')
+_QUOTED_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+")
 #: Headings of columns that hold units.
 _NAMES_UNITS = re.compile(r"unit|einheit|unit[eé]|unidad|\buom\b|dimension", re.IGNORECASE)
 #: Different marks behind the numbers of a column; more are words that begin with digits.
@@ -141,6 +144,8 @@ def detect(
         voters = _voters(*of_kind)
     if decimal != ".":
         _refuse_thousands(voters, name)
+    if decimal is None:
+        _refuse_quoted_thousands(voters, name)
     vote = _vote(voters, head, delimiter, decimal, name, guesses)
     quoted = any('"' in line for line in voters)
     rows = [split(line, vote.delimiter, quoted) for line in voters]
@@ -187,6 +192,17 @@ def _refuse_thousands(lines: Sequence[str], name: str) -> None:
         raise FormatError(
             f"{name}: {marks[0]!r} has a sign between the thousands; write the numbers without it, as in "
             f"{_without_thousands(marks[0])!r}"
+        )
+
+
+def _refuse_quoted_thousands(lines: Sequence[str], name: str) -> None:
+    """In quotes, "16,384" in every cell with a comma: thousands, or a decimal comma."""
+    quoted = [number for line in lines for number in _QUOTED.findall(line)]
+    if len(quoted) > 0.25 * len(lines) and all(map(_QUOTED_THOUSANDS.fullmatch, quoted)):
+        number = quoted[0]
+        raise FormatError(
+            f"{name}: {number!r} is {number.replace(',', '')}, or {number.replace(',', '.')} with a decimal comma. "
+            "Write it without a sign between the thousands, or say --decimal , (decimal= in Python)"
         )
 
 

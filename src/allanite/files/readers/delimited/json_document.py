@@ -81,11 +81,14 @@ def as_lines(stream: TextStream, name: str) -> TextStream:
 
 
 def _first_line_is_one(stream: TextStream, start: int) -> bool:
-    """True if the first line is an object and another one follows: long lines of one object each."""
+    """True if the first line is an object or a list, and another one follows: one in each line."""
     line = stream.file.readline(1 << 20)
     follows = stream.file.readline(64)
     stream.file.seek(start)
-    return line.rstrip().endswith(b"}") and follows.lstrip().startswith(b"{")
+    return any(
+        line.rstrip().endswith(end) and follows.lstrip().startswith(begin)
+        for begin, end in ((b"{", b"}"), (b"[", b"]"))
+    )
 
 
 def _written(facts: list[str], samples: Iterator[Sample]) -> Iterator[bytes]:

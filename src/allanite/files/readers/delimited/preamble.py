@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from allanite.errors import InputError
 from allanite.quantities.units import QuantityKind, parse_unit
 
-__all__ = ["facts_in", "rate_in", "unit_in"]
+__all__ = ["facts_in", "rate_in", "units_in"]
 
 _NUMBER = r"(?P<value>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)"
 _SIGN = r"[\"'\s]*[:=][\"'\s]*[,;\t]?[\"'\s]*|[\"'\s]*[,;][\"'\s]*"
@@ -20,7 +20,7 @@ _RATES = (
     r"(?:\b|_)(?:fs|f_s|odr|abtastrate|(?:sample|sampling|output|data|output data|update)[ _-]?(?:rate|frequency))\b",
     r"(?<!baud )(?<!bit )\b(?:rate|frequency|frequenz)\b",
 )
-_PERIOD = r"(?:\b|_)(?:dt|ts|(?:sample|sampling|data)[ _-]?(?:interval|period|time)|period|tau0)\b"
+_PERIOD = r"(?:\b|_)(?:dt|ts|(?:sample|sampling|data)[ _-]?(?:interval|period|time)|period|tau0?)\b"
 _HERTZ = r"(?:\s*(?P<unit>[kM]?hz|sps|samples/s|1/s|s\^-1)(?![\w/])|(?!\s*[\w/°.]))"
 _SECONDS = r"\s*(?P<unit>[a-zµμ]+)?"
 #: Pattern, and whether it states the interval instead of the rate. A bare "rate" or "frequency" needs a sign:
@@ -30,7 +30,7 @@ _PATTERNS = (
     (re.compile(_RATES[1] + _BRACKET + "(?:" + _SIGN + ")" + _NUMBER + _HERTZ, re.IGNORECASE), False),
     (re.compile(_PERIOD + _BRACKET + _GAP + _NUMBER + _SECONDS, re.IGNORECASE), True),
 )
-_UNIT = re.compile(r"\bunits?\b" + _GAP + r"(?P<unit>[^\s,;\"']+)", re.IGNORECASE)
+_UNIT = re.compile(r"\bunits?\b(?:" + _GAP + r"(?P<unit>[^\s,;\"']+)|[ \t]*[:=,;][\s,;]*$)", re.IGNORECASE)
 _SERIAL = re.compile(
     r"\b(?:s/?n|serial(?:[ _]?(?:no|number|nr))?\.?)" + _GAP + r"(?P<text>[\w-]+)", re.IGNORECASE
 )
@@ -69,9 +69,9 @@ def _factor(unit: str, inverse: bool) -> float | None:
         return None
 
 
-def unit_in(preamble: Sequence[str]) -> str | None:
-    """The unit that the preamble states, as it stands there."""
-    return _first(_UNIT, preamble, "unit")
+def units_in(preamble: Sequence[str]) -> list[str]:
+    """The units that the preamble states, as they stand there; "" for one that is left open."""
+    return [match["unit"] or "" for match in map(_UNIT.search, preamble) if match]
 
 
 def facts_in(preamble: Sequence[str]) -> dict[str, str]:
