@@ -155,3 +155,64 @@ def test_a_unit_may_stand_behind_in(tmp_path: Path, heading: str, unit: str) -> 
         f"time [s];{heading}\n" + "".join(f"{k / 10:.1f};{k % 7}\n" for k in range(200)), encoding="utf-8"
     )
     assert al.read(path).channels[0].unit == unit
+
+
+def number_in(form: str, value: float) -> str:
+    if form == "exponent of Fortran":
+        return f"{value:.6E}".replace("E", "D")
+    return f"{value:.4f}".replace("-", "\N{MINUS SIGN}")
+
+
+@pytest.mark.parametrize("form", ["exponent of Fortran", "minus sign"])
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "  "])
+def test_numbers_of_other_programs_are_numbers(tmp_path: Path, form: str, delimiter: str) -> None:
+    values = np.round(np.random.default_rng(2).normal(size=(200, 2)), 4)
+    rows = [
+        delimiter.join([number_in(form, k / 10), *(number_in(form, v) for v in row)])
+        for k, row in enumerate(values)
+    ]
+    path = tmp_path / "log.dat"
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    got = al.read(path)
+    assert got.rate == pytest.approx(10.0)
+    np.testing.assert_array_equal(values_of(got), values)
+
+
+@pytest.mark.parametrize("mark", ["'", "\u2019", "\u00a0", "\u202f", "\u2009"])
+def test_signs_between_thousands_are_refused(tmp_path: Path, mark: str) -> None:
+    path = tmp_path / "log.csv"
+    rows = (f"{k / 10:.1f};{16384 + k % 5:,}".replace(",", mark) for k in range(300))
+    path.write_text("t [s];raw\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    with pytest.raises(
+        FormatError, match="a sign between the thousands; write the numbers without it, as in '1638"
+    ):
+        al.read(path)
+
+
+@pytest.mark.parametrize(("first", "then"), [(2, 3), (3, 2), (4, 7)])
+@pytest.mark.parametrize("share", [0.3, 0.6])
+def test_rows_of_another_width_are_never_a_preamble(
+    tmp_path: Path, first: int, then: int, share: float
+) -> None:
+    """A logger that was changed on the way: no row is lost without a word."""
+    n = 900
+    widths = [first] * int(share * n) + [then] * (n - int(share * n))
+    rows = [
+        ",".join([f"{k / 10:.1f}", *(f"{(k * j) % 7 / 10}" for j in range(1, w))])
+        for k, w in enumerate(widths)
+    ]
+    path = tmp_path / "log.csv"
+    path.write_text("t [s],gx [deg/s]\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    with pytest.raises(FormatError, match="rows of"):
+        al.read(path)
+
+
+def test_a_matrix_as_matlab_displays_it_is_refused(tmp_path: Path) -> None:
+    rows = np.random.default_rng(1).normal(size=(100, 3))
+    path = tmp_path / "shown.txt"
+    path.write_text(
+        "   1.0e-03 *\n\n" + "".join("   " + "   ".join(f"{v:.4f}" for v in r) + "\n" for r in rows),
+        encoding="utf-8",
+    )
+    with pytest.raises(FormatError, match=r"common factor 1\.0e-03"):
+        al.read(path, rate=100.0)

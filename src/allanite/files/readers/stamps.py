@@ -235,7 +235,7 @@ def _single(
         turned = unwrapped(column, None if counts else unit.factor, stated.turn if stated else None)
     if turned is not None:
         column = turned.column
-        guesses.append(f"{name} wraps at {turned.turn:.15g} {unit.unit}, {turned.times} times: unwrapped")
+        guesses.append(f"{name} wraps at {turned.turn:.15g} {unit.unit}, {_times(turned.times)}: unwrapped")
     first = first_finite(column)
     absolute = first + column.origin
     if unit.factor >= 1e-9 and round(unit.factor * 1e9) == unit.factor * 1e9:
@@ -480,7 +480,7 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
         start=None if parts.epoch is None else since,
         used=tuple({*named, *parts.places}),
         first_ns=since,
-        guesses=() if turned is None else (f"{names[0]} restarts, {turned.times} times: unwrapped",),
+        guesses=() if turned is None else (f"{names[0]} restarts, {_times(turned.times)}: unwrapped",),
     )
 
 
@@ -565,3 +565,7 @@ def _is_it_time(table: StampTable, place: int) -> InputError:
         f"{table.file}: column {number} has no name and only grows, unevenly. If it is time, name its unit: --time "
         f"{number}:s (or ms, us, ns); if it is a channel, give the rate of the samples: --time {NO_TIME} --rate RATE"
     )
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"

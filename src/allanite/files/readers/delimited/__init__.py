@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.files.readers.delimited.brackets import find_brackets
 from allanite.files.readers.delimited.cells import TextColumns
 from allanite.files.readers.delimited.dates import HALVES, in_halves, moments_column, unwrap_midnight
 from allanite.files.readers.delimited.dialect import Dialect, detect, split
@@ -25,6 +24,7 @@ from allanite.files.readers.delimited.flat_messages import named_as_message
 from allanite.files.readers.delimited.labels import Labels, find_labels
 from allanite.files.readers.delimited.labview import Lvm, find_lvm
 from allanite.files.readers.delimited.preamble import facts_in, rate_in, units_in
+from allanite.files.readers.delimited.printed_numbers import find_printed
 from allanite.files.readers.delimited.row_kinds import ChosenKind, choose_kind, find_kinds
 from allanite.files.readers.delimited.sentences import Sentences, find_sentences
 from allanite.files.readers.delimited.streams import TextStream, head_lines, other_lines, pieces
@@ -60,20 +60,23 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
             )
             if labels is not None:
                 return _labeled(labels, stream, path, options, lines)
-        brackets = None
-        if sentences is None and options.delimiter is None and options.decimal != ",":
-            brackets = find_brackets([*lines, *others])
-        if brackets is not None:
-            others, lines = brackets.head(others), brackets.head(lines)
-        kinds = find_kinds(lines, others) if sentences is None and brackets is None else None
+        printed = None
+        if sentences is None:
+            printed = find_printed(
+                [*lines, *others], stream.codec, delimiter=options.delimiter, decimal=options.decimal
+            )
+        if printed is not None:
+            others, lines = printed.head(others), printed.head(lines)
+        bracketed = printed is not None and printed.bracketed
+        kinds = find_kinds(lines, others) if sentences is None and printed is None else None
         chosen = None
         if kinds is not None:
             chosen = choose_kind(stream, kinds, options.variable, options.channel_names, path.name)
         dialect = detect(
             lines,
             others,
-            delimiter="," if sentences else " " if brackets else options.delimiter,
-            decimal="." if sentences or brackets else options.decimal,
+            delimiter="," if sentences else " " if bracketed else options.delimiter,
+            decimal="." if sentences or bracketed else options.decimal,
             variable=chosen.name if chosen else None if sentences else options.variable,
             kinds_of_rows=kinds,
             name=path.name,
@@ -85,7 +88,7 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
             dialect = named_as_message(dialect, lines)
             keep = _kept_rows([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
         cells = TextColumns(dialect, path.name, stream.codec, keep, date_order(options.time))
-        rewritten = sentences or brackets
+        rewritten = sentences or printed
         for piece, line in pieces(stream, dialect.skip, path.name):
             cells.feed(rewritten.piece(piece) if rewritten else piece, line)
         columns = cells.finish()

@@ -49,10 +49,15 @@ _CAN_FRAME = re.compile(r"\(\d+\.\d+\) \S+ ([0-9A-F]+)#[0-9A-F]*")
 _BETWEEN = re.compile(r"[,;\s]+")
 _GROUPS = r"[-+]?(?:\d{1,3}(?:\.\d{3})+,\d+|\d{1,3}(?:,\d{3})+\.\d+)"
 #: 3.728,01 or 1,234.5 in a cell of its own.
-_THOUSANDS = re.compile(rf"(?:^|[;\t|\"])[ ]*({_GROUPS})[ ]*[;\t|\"]|[;\t|\"][ ]*({_GROUPS})[ ]*$")
+_THOUSANDS = re.compile(
+    rf"(?:^|[;\t|\"])[ ]*({_GROUPS})[ ]*[;\t|\"]|[;\t|\"][ ]*({_GROUPS})[ ]*$"
+    "|(?<![\\w'\u2019])([-+]?\\d{1,3}(?:['\u2019\u00a0\u202f\u2009]\\d{3})+)(?!\\d)"  # never a decimal sign
+)
 #: "16,384" among cells whose delimiter is a comma, and any other number with a comma in quotes.
 _QUOTED = re.compile(r'"[ ]*([-+]?\d*,[\d,.eE+-]*\d)[ ]*"')
 _QUOTED_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+")
+#: What MATLAB displays above a matrix.
+_COMMON_FACTOR = re.compile(r"(1\.0e[-+]\d+) \*")
 #: Headings of columns that hold units.
 _NAMES_UNITS = re.compile(r"unit|einheit|unit[eé]|unidad|\buom\b|dimension", re.IGNORECASE)
 #: Different marks behind the numbers of a column; more are words that begin with digits.
@@ -158,6 +163,8 @@ def detect(
     first = _first_row(head, record, kinds, vote, quoted, name)
     skip = _numeric_preamble(head, first, kinds, vote, quoted, guesses)
     before = head[: first if record is None else _first_record(head, record)]
+    if record is None:
+        _refuse_other_rows(before, vote, quoted, name)
     header, preamble = (
         _header(before, vote, kinds[-1] == "e", quoted) if skip == first else ([], _filled(before))
     )
@@ -187,7 +194,9 @@ def _check_options(delimiter: str | None, decimal: str | None) -> None:
 
 def _refuse_thousands(lines: Sequence[str], name: str) -> None:
     """A sign between the thousands reads as a decimal sign or as the end of a cell: never guessed."""
-    marks = [match[1] or match[2] for line in lines if (match := _THOUSANDS.search(line.rstrip()))]
+    marks = [
+        match[1] or match[2] or match[3] for line in lines if (match := _THOUSANDS.search(line.rstrip()))
+    ]
     if len(marks) > 0.25 * len(lines):
         raise FormatError(
             f"{name}: {marks[0]!r} has a sign between the thousands; write the numbers without it, as in "
@@ -207,7 +216,29 @@ def _refuse_quoted_thousands(lines: Sequence[str], name: str) -> None:
 
 
 def _without_thousands(number: str) -> str:
+    number = re.sub("['\u2019\\s]", "", number)
     return number.replace("." if number.rfind(",") > number.rfind(".") else ",", "")
+
+
+def _refuse_other_rows(before: Sequence[str], vote: _Vote, quoted: bool, name: str) -> None:
+    """Rows of numbers before the table, of another number of cells: samples as well, and no preamble."""
+    counts = Counter(
+        len(cells)
+        for cells in (split(line, vote.delimiter, quoted) for line in before if not _is_comment(line))
+        if len(cells) > 1 and all(kind_of(c, vote.decimal) in "ifmod" for c in cells)
+    )
+    if counts.total() > _NUMERIC_PREAMBLE:
+        listed = ", ".join(map(str, sorted({*counts, vote.count})))
+        raise FormatError(
+            f"{name}: rows of {listed} cells: {counts.total()} rows before the first with {vote.count}. "
+            "Do several tables stand in one file? Write each to a file of its own"
+        )
+    for line in before:
+        if match := _COMMON_FACTOR.fullmatch(line.strip()):
+            raise FormatError(
+                f"{name}: the numbers have the common factor {match[1]} of a display of MATLAB, and few digits. "
+                "Write them with writematrix or save"
+            )
 
 
 # -- cells -------------------------------------------------------------------------------------------------

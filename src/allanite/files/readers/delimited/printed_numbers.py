@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbers as programs print them, written as a table has them.
+
+* Lists, tuples and arrays: (0.1, 0.2), [ 0.1 0.2], 12.5: (0.1, 0.2). Brackets around numbers become blanks, and so does
+  what stands between the numbers; words stay where they are.
+* The exponents of Fortran, 0.1D-02, and the minus sign of typography.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from allanite.files.readers.delimited.dialect import COMMENT
+
+__all__ = ["PrintedNumbers", "find_printed"]
+
+_NUMBER = r"[-+]?\.?\d"
+#: Before a number, at the beginning of a cell: 0.123(4) is none.
+_OPEN = rf"(?:^|(?<=[\s,;:=(\[{{]))[(\[{{]+[ \t]*(?={_NUMBER}|[(\[{{])"
+_CLOSE = r"(?<=[\d.)\]}])[ \t]*[)\]}]+(?=$|[\s,;:)\]}])"
+_BETWEEN = r"(?<=[\d.)\]}\s])[ \t]*[,;][ \t]*|(?<=[\d)\]}]):[ \t]+"
+_AROUND = re.compile(rf"{_OPEN}|{_CLOSE}", re.MULTILINE)
+_MARKS = re.compile(rf"{_OPEN}|{_CLOSE}|{_BETWEEN}", re.MULTILINE)
+#: With a point: 12d5 may be a hexadecimal word.
+_EXPONENT = re.compile(r"(?<![\w.])([-+]?(?:\d+\.\d*|\.\d+))[dD]([-+]?\d{1,3})(?![\w.])")
+_MINUS = re.compile(r"\u2212(?=\.?\d)")
+#: 0,1; 0,2: the comma is a decimal sign.
+_COMMA = re.compile(r"\d,\d+;")
+#: Share of the rows.
+_MOST = 0.6
+
+
+@dataclass(frozen=True, slots=True)
+class PrintedNumbers:
+    """How printed numbers become those of a table.
+
+    Attributes
+    ----------
+    bracketed : bool
+        Rows have brackets; then blanks stand between the cells.
+    changes : tuple of (pattern, str)
+        What takes the place of what.
+    codec : str
+    """
+
+    bracketed: bool
+    changes: tuple[tuple[re.Pattern[str], str], ...]
+    codec: str
+
+    def head(self, lines: Sequence[str]) -> list[str]:
+        """Lines as the table has them."""
+        return [line if _is_comment(line) else self._changed(line) for line in lines]
+
+    def piece(self, piece: bytes) -> bytes:
+        """The same for whole lines of bytes."""
+        return self._changed(piece.decode(self.codec, "replace")).encode(self.codec, "replace")
+
+    def _changed(self, text: str) -> str:
+        for pattern, instead in self.changes:
+            text = pattern.sub(instead, text)
+        return text
+
+
+def find_printed(
+    lines: Sequence[str], codec: str, *, delimiter: str | None, decimal: str | None
+) -> PrintedNumbers | None:
+    """How they are read where rows hold such numbers; None for any other text."""
+    rows = [line for line in lines if line.strip() and not _is_comment(line)]
+    bracketed = delimiter is None and decimal != "," and _bracketed(rows)
+    changes = [(_MARKS, " ")] if bracketed else []
+    if _most(rows, _EXPONENT.search):
+        changes.append((_EXPONENT, r"\1E\2"))
+    if any(map(_MINUS.search, rows)):
+        changes.append((_MINUS, "-"))
+    return PrintedNumbers(bracketed, tuple(changes), codec) if changes else None
+
+
+def _bracketed(rows: Sequence[str]) -> bool:
+    """Not with cells in quotes, frames of a bus (their stamp is in brackets), or decimal commas."""
+    other = any('"' in row or "#" in row or _COMMA.search(row) for row in rows)
+    return not other and _most(rows, _AROUND.search)
+
+
+def _most(rows: Sequence[str], what: Callable[[str], object]) -> bool:
+    return sum(what(row) is not None for row in rows) > _MOST * len(rows)
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(COMMENT)
