@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from allanite.commands.characterize import CHARACTERIZE
-from allanite.commands.common import COMMON
 from allanite.commands.compare import COMPARE
 from allanite.commands.declaration import Command, Place
 from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.environment import ENVIRONMENT
 from allanite.commands.north import NORTH
 from allanite.commands.rate_table import RATE_TABLE
+from allanite.commands.shared_noise import COMMON
 from allanite.commands.spectrum import SPECTRUM
 from allanite.commands.variation import VARIATION
 

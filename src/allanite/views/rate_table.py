@@ -270,7 +270,9 @@ def _turned(result: RateTableEstimate) -> str:
 def _fitted(result: RateTableEstimate) -> str:
     if result.nonlinearity == "sign":
         return "two straight lines that meet at zero"
-    return "a straight line" if result.nonlinearity == "1" else f"a polynomial of degree {result.nonlinearity}"
+    return (
+        "a straight line" if result.nonlinearity == "1" else f"a polynomial of degree {result.nonlinearity}"
+    )
 
 
 def _method() -> list[PageBlock]:
