@@ -84,7 +84,7 @@ dev-build: ## rebuild the compiled module for the Python on PATH (in an active e
 		-Ccmake.define.ALLANITE_WERROR=ON -e .
 
 clean: ## remove everything that was built, the local environment included
-	rm -rf build dist demo $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	rm -rf build dist demo docs/reference/python $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # ---- the local environment ------------------------------------------------------------------------------------------

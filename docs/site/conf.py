@@ -51,6 +51,7 @@ copybutton_prompt_text = "$ "
 copybutton_line_continuation_character = "\\"
 
 html_theme = "furo"
+pygments_dark_style = "github-dark"
 html_title = "allanite"
 html_static_path = ["static"]
 html_css_files = ["allanite.css"]
