@@ -27,6 +27,7 @@ from allanite.commands.study import write_results
 from allanite.errors import AllaniteError
 from allanite.files.recording_file import write_recording
 from allanite.recording.records import Recording
+from axe import axe_script, violations
 from page_client import served as serving
 from real_browser import opened_browser
 from sample_calibration import estimate
@@ -653,19 +654,6 @@ def opened(page: Any, name: str) -> str:
     return name
 
 
-_AXE = """
-async () => {
-  const root = document.documentElement, wrong = [];
-  for (const theme of ["light", "dark"]) {
-    root.dataset.theme = theme;
-    const only = theme === "dark" ? { runOnly: { type: "rule", values: ["color-contrast"] } } : {};
-    const { violations } = await axe.run({ resultTypes: ["violations"], ...only });
-    wrong.push(...violations.map((v) => [theme, v.id, v.nodes.slice(0, 3).map((n) => n.html.slice(0, 200))]));
-  }
-  delete root.dataset.theme;
-  return wrong;
-}
-"""
 _REACH = """
 () => {
   const shown = (e) => e.getClientRects().length && !e.disabled && getComputedStyle(e).visibility !== "hidden";
@@ -721,21 +709,12 @@ def test_every_view_is_operated_by_keyboard_and_passes_axe_in_light_and_dark(pag
         # What happens is said to those who do not see it.
         assert page.locator("[role=status], [aria-live=polite], [role=alert]").count(), view
         if axe:
-            assert page.evaluate(_AXE) == [], view
+            assert violations(page) == [], view
         page.set_viewport_size({"width": 390, "height": 844})
         until(page, lambda: page.evaluate(_CUT) == [])
         page.set_viewport_size({"width": 1280, "height": 800})
     if not axe:
         pytest.skip("axe is not installed: pip install axe-playwright-python; all else was checked")
-
-
-def axe_script() -> str:
-    """The script of axe-core, as a package for Python brings it; "" without it."""
-    try:
-        from axe_playwright_python.sync_playwright import Axe
-    except ImportError:
-        return ""
-    return str(Axe().axe_script)
 
 
 def test_w11_nothing_but_this_machine_can_be_asked(page: Any, window: Any) -> None:

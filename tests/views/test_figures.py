@@ -147,7 +147,7 @@ def test_the_model_is_drawn_as_its_samples_show_it(study: dict[str, Any]) -> Non
 
 def test_the_flat_part_of_the_spectrum_is_n(study: dict[str, Any]) -> None:
     shown = panel(study["channels"][5], view="spectrum")
-    line = shown.curves[-1]
+    line = next(curve for curve in shown.curves if curve.style == "dashed")
     assert "[m/s/√h]" in shown.y.label
     assert line.y[0] == pytest.approx(0.041, rel=1e-3)
     assert [text.text for text in shown.labels] == ["line 12.5 Hz", "filter corner 20 Hz"]

@@ -16,7 +16,9 @@ import sample_study
 from allanite.errors import StorageError
 from allanite.study.study import Study
 from allanite.views.report import html_of
-from allanite.views.report.powers import with_powers
+from allanite.views.report.powers import with_links, with_powers
+from axe import require_axe, violations
+from figure_labels import draw_all, misplaced_labels, unfold
 from pages import Balance, document_of, text_of
 from real_browser import opened_browser
 
@@ -55,7 +57,8 @@ def test_every_estimate_stands_in_it_with_its_interval_and_in_si(study: dict[str
 
 def test_verdict_findings_advice_and_provenance_stand_in_it(study: dict[str, Any], page: str) -> None:
     text = text_of(page)
-    assert text.index("Angle random walk N is resolved") < text.index("Allan deviation of all channels")
+    answer = "Angle random walk N 0.270 to 0.320 deg/√h all three channels"
+    assert text.index(answer) < text.index("Allan deviation of all channels")
     for finding in study["findings"]:
         for part in ("code", "message", "advice", "risk"):
             assert finding[part] in text
@@ -81,6 +84,46 @@ def test_a_record_without_faults_says_so() -> None:
     text = text_of(html_of(clean))
     assert "No problems found." in text
     assert "No sample is missing." in text
+
+
+def test_a_term_that_some_channels_only_bound_says_so_beside_its_number(page: str) -> None:
+    assert "Rate random walk K 9.6 deg/h/√h gyro_x; gyro_y and gyro_z below 7.80 deg/h/√h" in text_of(page)
+
+
+def test_one_channel_has_its_interval_beside_its_number() -> None:
+    assert "Angle random walk N 0.30012 deg/√h 95 % interval [0.29952, 0.30072]" in text_of(html_of(small()))
+
+
+def test_a_footnote_stands_below_the_table_of_its_star(study: dict[str, Any]) -> None:
+    starred = small()
+    starred["channels"] = [study["channels"][1], study["channels"][3]]
+    starred["channels"][0] = {**starred["channels"][0], "models": starred["channels"][0]["models"][1:]}
+    text, note = text_of(html_of(starred)), "* the B whose floor"
+    assert text.count(note) == 1
+    assert text.index(" * ") < text.index(note) < text.index("Accelerometer: noise coefficients")
+    assert note not in text_of(html_of(small()))
+
+
+def test_a_report_names_no_object_of_the_program() -> None:
+    exact = small()
+    exact["channels"][0]["curve"]["interval_basis"] = "exact under NoiseModel(N=1.7e-05; B=2.1e-06)"
+    text = text_of(html_of(exact))
+    assert "NoiseModel(" not in text
+    assert "Bands assume exact under the fitted model" in text
+
+
+def test_names_of_files_beside_it_are_links() -> None:
+    page = html_of(small(), ("study.json", "allan.csv", "a b & c.csv"))
+    assert re.findall(r'<a href="([^"#]+)"', document_of(page)) == [
+        "study.json",
+        "allan.csv",
+        "a%20b%20%26%20c.csv",
+    ]
+    assert "Files" not in text_of(html_of(small()))
+    words = with_powers("whole study: week/report.html, not report.html.bak, 1e-05")
+    linked = with_links(words, ["week/report.html", "report.html"])
+    assert linked.count("<a ") == 1
+    assert '<a href="week/report.html">week/report.html</a>, not report.html.bak, 1\u202f×' in linked
 
 
 def test_exponents_are_written_as_powers_and_shared_by_the_ends_of_an_interval() -> None:
@@ -205,11 +248,9 @@ def test_a_browser_draws_every_figure_without_error_or_request(
     view.on("pageerror", lambda e: troubles.append(str(e)))
     view.on("request", lambda r: r.url.startswith(("file:", "data:", "blob:")) or troubles.append(r.url))
     view.goto(report_file.as_uri())
-    places = view.locator(".live")
-    for i in range(places.count()):
-        places.nth(i).scroll_into_view_if_needed()
-        places.nth(i).locator(".main-svg").first.wait_for(timeout=10_000)
-    assert places.count() == page.count('class="live"')
+    unfold(view)
+    draw_all(view)
+    assert view.locator(".live .main-svg:first-child").count() == page.count('class="live"')
     assert view.locator(".still").first.is_hidden()
     square = view.evaluate(
         "() => { const l = document.getElementById('channel-0-0')._fullLayout;"
@@ -227,10 +268,84 @@ def test_a_browser_draws_every_figure_without_error_or_request(
     view.close()
 
 
-def test_a_narrow_screen_needs_no_sideways_scrolling(browser: Any, report_file: Path) -> None:
-    view = browser.new_page(viewport={"width": 390, "height": 800})
+@pytest.mark.parametrize("width", [390, 1280])
+def test_no_label_overlaps_or_is_cut_and_no_page_scrolls_sideways(
+    browser: Any, report_file: Path, width: int
+) -> None:
+    view = browser.new_page(viewport={"width": width, "height": 900})
     view.goto(report_file.as_uri())
-    assert view.evaluate("document.documentElement.scrollWidth") <= 390
+    unfold(view)
+    draw_all(view)
+    assert misplaced_labels(view) == []
+    assert view.evaluate("document.documentElement.scrollWidth") <= width
+    wide = "all => all.filter((e) => e.scrollWidth > e.clientWidth + 1).map((e) => e.textContent)"
+    assert view.locator(".stacks").evaluate_all(wide) == []
+    view.close()
+
+
+def test_six_axes_are_at_most_6000_pixels_as_first_opened_and_one_at_most_4000(
+    browser: Any, report_file: Path, tmp_path: Path
+) -> None:
+    one = al.render(small(), tmp_path / "one.html")
+    for path, most in ((report_file, 6000), (one, 4000)):
+        view = browser.new_page(viewport={"width": 1100, "height": 900})
+        view.goto(path.as_uri())
+        draw_all(view)
+        assert view.evaluate("document.documentElement.scrollHeight") <= most
+        view.close()
+
+
+def test_a_switch_hides_a_channel_and_its_model_with_the_keyboard(browser: Any, report_file: Path) -> None:
+    view = browser.new_page(viewport={"width": 1100, "height": 900})
+    view.goto(report_file.as_uri())
+    draw_all(view)
+    of = "(name) => document.getElementById('group-0').data.filter((t) => t.legendgroup === name).map((t) => t.visible)"
+    switch = view.locator("#curves figure").first.get_by_role("checkbox", name="gyro_y")
+    assert view.evaluate(of, "gyro_y") == [True, True, True]  # band, curve, model
+    switch.focus()
+    view.keyboard.press("Space")
+    assert view.evaluate(of, "gyro_y") == [False, False, False]
+    assert view.evaluate(of, "gyro_x") == [True, True, True]
+    view.locator("#theme").click()  # a figure that is drawn anew keeps its switches
+    assert view.evaluate(of, "gyro_y") == [False, False, False]
+    switch.check()
+    assert view.evaluate(of, "gyro_y") == [True, True, True]
+    view.close()
+
+
+def test_axe_has_nothing_against_it_folded_or_not(browser: Any, report_file: Path) -> None:
+    script = require_axe()
+    view = browser.new_page(viewport={"width": 1100, "height": 900})
+    view.goto(report_file.as_uri())
+    view.evaluate(script)
+    draw_all(view)
+    assert violations(view) == []
+    unfold(view)
+    draw_all(view)
+    assert violations(view) == []
+    view.close()
+
+
+@pytest.mark.parametrize("scripts", [True, False])
+def test_paper_has_no_fold(browser: Any, report_file: Path, scripts: bool) -> None:
+    context = browser.new_context(java_script_enabled=scripts)
+    view = context.new_page()
+    view.goto(report_file.as_uri())
+    folded = view.locator("#provenance dl, #method .references, #curves .card, #curves details .still")
+    shown = "all => all.map((e) => e.checkVisibility())"
+    assert not any(folded.evaluate_all(shown))
+    view.emulate_media(media="print")
+    assert all(folded.evaluate_all(shown))
+    assert view.locator("#curves .switches:visible, nav:visible").count() == 0
+    context.close()
+
+
+def test_a_link_to_a_part_that_is_folded_opens_it(browser: Any, report_file: Path) -> None:
+    view = browser.new_page()
+    view.goto(report_file.as_uri())
+    assert not view.locator("#provenance dl").is_visible()
+    view.get_by_role("link", name="Provenance").click()
+    view.locator("#provenance dl").wait_for(timeout=2_000)
     view.close()
 
 
@@ -238,7 +353,9 @@ def test_without_javascript_the_pictures_are_there(browser: Any, report_file: Pa
     context = browser.new_context(java_script_enabled=False)
     view = context.new_page()
     view.goto(report_file.as_uri())
-    stills = view.locator(".still")
+    stills = view.locator("#curves > figure .still, #record .still")
+    assert stills.count() == 3  # all axes of each kind, and the record
     assert all(stills.nth(i).is_visible() for i in range(stills.count()))
     assert stills.first.bounding_box()["height"] > 200
+    assert not view.locator(".switches").first.is_visible()
     context.close()

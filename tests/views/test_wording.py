@@ -116,26 +116,30 @@ def test_channels_are_grouped_by_unit_and_by_name_where_there_is_none() -> None:
     assert [g.title for g in found] == ["gx, gy (unknown unit)", "ax (unknown unit)", "Gyroscope"]
 
 
-def test_the_verdict_says_what_is_resolved_what_is_bounded_and_what_is_doubtful() -> None:
+def test_key_numbers_say_what_is_resolved_where_and_what_is_bounded_elsewhere() -> None:
     gyro, accelerometer = wording.groups(Study.from_json(sample_study.build()).channels)
-    said = wording.verdict(gyro)
-    assert said[0].startswith("Angle random walk N is resolved on all three channels: 0.27")
-    assert any(
-        "K is resolved on gyro_x" in s and "only bounded on gyro_y and gyro_z: below 7.80" in s for s in said
-    )
+    white, _, walk, _ = wording.key_numbers(gyro)
+    assert (white.name, white.value, white.unit) == ("Angle random walk N", "0.270 to 0.320", "deg/√h")
+    assert white.beside == "all three channels"
+    assert walk.beside == "gyro_x; gyro_y and gyro_z below 7.80 deg/h/√h"
+    assert wording.limit_words(gyro) == ""
+    assert wording.limit_words(accelerometer).startswith("Not resolved: Q below")
+
+
+def test_doubts_are_stated_by_channel() -> None:
+    gyro, _ = wording.groups(Study.from_json(sample_study.build()).channels)
     doubts = wording.cautions(gyro.channels)
     assert any(
         s.startswith("gyro_y: the record cannot decide. The Gauss-Markov family gives N 0.3") for s in doubts
     )
     assert any("does not explain the curve of gyro_z (p < 0.001)" in s for s in doubts)
-    assert any(s.startswith("Not resolved: Q below") for s in wording.verdict(accelerometer))
 
 
 def test_the_limit_of_several_channels_is_the_largest() -> None:
     _, accelerometer = wording.groups(Study.from_json(sample_study.build()).channels)
     limits = [r.amount for c in accelerometer.channels if (r := wording.readings(c)["Q"])]
     assert all(amount is not None and amount <= 1.37e-6 for amount in limits)
-    assert "Q below 1.37e-06 m/s" in wording.verdict(accelerometer)[-1]
+    assert "Q below 1.37e-06 m/s" in wording.limit_words(accelerometer)
 
 
 def test_an_accepted_finding_comes_after_an_open_one_of_its_severity() -> None:

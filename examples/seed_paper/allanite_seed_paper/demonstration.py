@@ -123,9 +123,9 @@ def _week(
     make_folder(place)
     report, document, curve, yaml = (place / name for name in _WEEK_FILES)
     study.save(document, force=force)
-    render(study, report, force=force)
     allan_curve(record).to_csv(curve, force=force)
     export("kalibr", study, yaml, force=force)
+    render(study, report, force=force, beside=_WEEK_FILES[1:])
     return study, (report, document, curve, yaml)
 
 
@@ -280,13 +280,15 @@ def run_seed_paper(
     ]
     drawn = _draw(figures, place / "figures", force, lambda f, what: advance(0.6 + 0.3 * f, what))
     advance(0.9, "writing the report")
-    render(page({**document, "figures": figures}), report, force=force)
+    made = (plain, *files, *takes, *drawn)
+    beside = [path.relative_to(place).as_posix() for path in made]
+    render(page({**document, "figures": figures}), report, force=force, beside=beside)
     with fresh(plain, force=force) as spot:
         spot.write_text(
             json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False) + "\n", encoding="utf-8"
         )
     advance(1.0, "done")
-    return Demonstration(document=document, files=(report, plain, *files, *takes, *drawn))
+    return Demonstration(document=document, files=(report, *made))
 
 
 def _measured(number: int, seed: int, model: NoiseModel, *faults: str) -> _Run:

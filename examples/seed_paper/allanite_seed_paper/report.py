@@ -10,7 +10,9 @@ from allanite.plain_files.counted import listed
 from allanite.views.blocks import (
     Banner,
     Cell,
+    Details,
     Drawn,
+    KeyNumbers,
     Page,
     PageBlock,
     References,
@@ -30,6 +32,7 @@ from allanite.views.report.filtered import READINGS, aided_table
 from allanite.views.wording import (
     AIDED,
     DEG_H,
+    KeyNumber,
     capitalised,
     duration,
     estimate_of,
@@ -95,6 +98,11 @@ def _figure(figures: Mapping[str, Any], name: str) -> PageBlock:
     return Drawn(Figure.of(name, figure.sheet, caption, f"{label}: {figure.title}."))
 
 
+def _folded(figures: Mapping[str, Any], summary: str, *numbers: int) -> PageBlock:
+    """More figures of the paper, folded away."""
+    return Details(summary, [_figure(figures, f"figure-{n:02}") for n in numbers])
+
+
 # -- in short ---------------------------------------------------------------------------------------------
 
 
@@ -113,21 +121,22 @@ def _short(document: Json) -> list[PageBlock]:
         _errors(document),
     ]
     return [
-        Banner(
-            "good",
-            f"Earth's rotation: {_answer(rows[0])}.",
-            f"Known: {rows[0]['earth_rate'] / DEG_H:.2f} deg/h.",
-        ),
+        KeyNumbers([_answer(rows[0])]),
         *bullets(items),
         _figure(document["figures"], "four-takes"),
         Text("Take 4 is shown with its warm-up fitted beside the rate.", note=True),
     ]
 
 
-def _answer(take: Json) -> str:
+def _answer(take: Json) -> KeyNumber:
     """The rate of a take with its standard deviation."""
-    rate, sd = take["rate"] / DEG_H, take["sd"] / DEG_H
-    return f"{rate:.1f} ± {sd:.1f} deg/h in {duration(take['duration'])}"
+    rate, sd, known = (take[key] / DEG_H for key in ("rate", "sd", "earth_rate"))
+    return KeyNumber(
+        name="Earth's rotation:",
+        value=f"{rate:.1f} ± {sd:.1f}",
+        unit="deg/h",
+        beside=f"in {duration(take['duration'])} (known: {known:.2f})",
+    )
 
 
 def _fourth(document: Json) -> tuple[Json, Json]:
@@ -195,8 +204,7 @@ def _week(week: Json, figures: Mapping[str, Any]) -> list[PageBlock]:
             caption="The whole study of the week is in week/report.html.",
         ),
         _figure(figures, "figure-01"),
-        _figure(figures, "figure-02"),
-        _figure(figures, "figure-03"),
+        _folded(figures, "Spectrum and record of the week", 2, 3),
         Subheading("Why the minimum of the curve does not give the correlation time"),
         Text(
             f"A Gauss-Markov process alone peaks at 1.89 T_b, which is {1.89 * true_time:.0f} s here. But white noise "
@@ -219,8 +227,7 @@ def _takes(figures: Mapping[str, Any]) -> list[PageBlock]:
             "one to three seconds and beyond the full scale. The Earth is a step of some 28 deg/h between dwells in a "
             "signal whose samples scatter by 250 deg/h."
         ),
-        *(_figure(figures, f"figure-{n:02}") for n in (5, 6, 7, 8)),
-        _figure(figures, "figure-09"),
+        _folded(figures, "Each take, and a closer look at its turns", 5, 6, 7, 8, 9),
     ]
 
 
@@ -344,18 +351,19 @@ def _lag(document: Json) -> str:
 
 
 def _told(document: Json) -> list[PageBlock]:
-    figures = document["figures"]
     blocks: list[PageBlock] = [
         Banner("warning", "Reference-aided.", AIDED),
         *bullets([*READINGS, _lag(document)]),
     ]
-    for take, name in ((1, "figure-10"), (2, "figure-11"), (3, "figure-12"), (4, "figure-13")):
-        rows = [row for row in document["aided"] if row["take"] == take]
-        blocks.append(_figure(figures, name))
-        blocks += aided_table(
-            rows, f"Take {take}: told the known rate, twice the known rate, and its opposite."
-        )
-    return blocks
+    first, *others = (_told_of(document, take) for take in (1, 2, 3, 4))
+    return [*blocks, *first, Details("Takes 2, 3 and 4", [block for take in others for block in take])]
+
+
+def _told_of(document: Json, take: int) -> list[PageBlock]:
+    """What the filter returns of a take."""
+    rows = [row for row in document["aided"] if row["take"] == take]
+    caption = f"Take {take}: told the known rate, twice the known rate, and its opposite."
+    return [_figure(document["figures"], f"figure-{take + 9}"), *aided_table(rows, caption)]
 
 
 # -- the bound --------------------------------------------------------------------------------------------

@@ -225,9 +225,10 @@ def write_measurement(
     if folder is not None:
         place = Path(folder)
         make_folder(place)
-        files.append(render(measured.document, place / "report.html", force=force))
-        files.append(save_json(measured.plain, place / f"{measured.name}.json", force=force))
-        files += [_save_table(rows, place / name, force=force) for name, rows in measured.tables.items()]
+        beside = [save_json(measured.plain, place / f"{measured.name}.json", force=force)]
+        beside += [_save_table(rows, place / name, force=force) for name, rows in measured.tables.items()]
+        names = [path.name for path in beside]
+        files += [render(measured.document, place / "report.html", force=force, beside=names), *beside]
     return Delivered(files=tuple(files), notes=())
 
 

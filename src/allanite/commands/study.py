@@ -137,13 +137,14 @@ def write_results(
     curves = [curve, *(place / f"allan-{k}.csv" for k in range(2, len(_by_interval(study)) + 1))]
     for path, part in zip(curves, _by_interval(study), strict=True):
         _curve(study, part).to_csv(path, force=force)
-    render(study, report, force=force)
-    files = (report, document, *curves)
+    files, notes = [document, *curves], []
     try:
         export("kalibr", study, yaml, force=force)
+        files.append(yaml)
     except (InputError, DataQualityError) as refusal:
-        return Delivered(files=files + drawn, notes=(f"no {yaml.name}: {refusal}",))
-    return Delivered(files=(*files, yaml, *drawn), notes=())
+        notes.append(f"no {yaml.name}: {refusal}")
+    render(study, report, force=force, beside=[path.name for path in files])
+    return Delivered(files=(report, *files, *drawn), notes=tuple(notes))
 
 
 def curve_of(study: Study) -> AllanCurve:

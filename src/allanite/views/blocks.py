@@ -17,7 +17,7 @@ from allanite.recording.health import Finding
 from allanite.study.results import ChannelModels
 from allanite.views.figures import sheet_of
 from allanite.views.pieces import Figure, provenance_rows
-from allanite.views.wording import ChannelGroup, CoefficientWording, headings, readings
+from allanite.views.wording import ChannelGroup, CoefficientWording, KeyNumber, headings, readings
 
 __all__ = [
     "Banner",
@@ -31,6 +31,7 @@ __all__ = [
     "Equation",
     "Findings",
     "Hero",
+    "KeyNumbers",
     "Page",
     "PageBlock",
     "Pairs",
@@ -81,6 +82,14 @@ class Hero(PageBlock):
     interval: str
     beside: str
     tone: str
+
+
+@dataclass(frozen=True, slots=True)
+class KeyNumbers(PageBlock):
+    """The numbers that answer the question, large and side by side; a terminal has them in its table."""
+
+    kind = "numbers"
+    items: Sequence[KeyNumber]
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,10 +165,11 @@ class TableBlock(PageBlock):
 
 @dataclass(frozen=True, slots=True)
 class Coefficients(PageBlock):
-    """Noise coefficients of channels that share their units, a row for each channel, in people's units and in SI."""
+    """Noise coefficients of channels that share their units, a row for each channel, in people's units or in SI."""
 
     kind = "coefficients"
     group: ChannelGroup[ChannelModels]
+    si: bool = False
 
     @property
     def heads(self) -> Mapping[str, CoefficientHead]:
@@ -178,10 +188,16 @@ class Coefficients(PageBlock):
         return [(name, [read.get(s) for s in columns]) for name, read in by_channel]
 
     @property
+    def columns(self) -> Sequence[str]:
+        """What stands over each column, in one line."""
+        return [f"{h.symbol} [{h.si if self.si else h.unit}]" for h in self.heads.values()]
+
+    @property
     def caption(self) -> str:
         """What the table is."""
-        also = "; small, in SI" if self.group.has_si else ""
-        return f"{self.group.title}: noise coefficients with their 95 % intervals{also}."
+        return (
+            f"{self.group.title}: noise coefficients{' in SI' if self.si else ''} with their 95 % intervals."
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -256,6 +272,11 @@ class Section:
     title: str
     blocks: Sequence[PageBlock]
     short: str = ""  # in the navigation
+
+    @property
+    def background(self) -> bool:
+        """How the result was made: a report folds it away, the page of `allanite serve` leaves it to the report."""
+        return self.id in ("method", "provenance")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -27,8 +27,6 @@ from allanite.views.wording import CoefficientWording
 
 __all__ = ["plain_page"]
 
-#: What the page leaves to the report.
-_LEFT_OUT = frozenset({"method", "provenance"})
 _POWER = re.compile(r"(?<=[\d\]])e([+-]?\d+)")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -61,7 +59,7 @@ def plain_page(
         sections = [
             {"id": s.id, "title": s.title, "blocks": [*_blocks(s.blocks, dark)]}
             for s in page.sections
-            if s.id not in _LEFT_OUT and (only is None or s.id in only)
+            if not s.background and (only is None or s.id in only)
         ]
     except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
         raise FormatError(f"the document is damaged: {type(error).__name__}: {error}") from error
@@ -97,18 +95,20 @@ def _fields(block: PageBlock, dark: bool) -> dict[str, object]:
 
 def _coefficients(block: Coefficients) -> dict[str, object]:
     """As a table: what is small in a report stands below."""
-    heads = ["Channel", *(f"{head.symbol} [{head.unit}]" for head in block.heads.values())]
-    rows = [[[_cell(Cell(text=name)), *map(_coefficient, cells)], False] for name, cells in block.rows]
+    heads = ["Channel", *block.columns]
+    rows = [
+        [[_cell(Cell(text=name)), *(_coefficient(read, si=block.si) for read in cells)], False]
+        for name, cells in block.rows
+    ]
     return {"kind": "table", "heads": heads, "rows": rows, "caption": block.caption}
 
 
-def _coefficient(read: CoefficientWording | None) -> dict[str, object]:
+def _coefficient(read: CoefficientWording | None, *, si: bool) -> dict[str, object]:
     if read is None:
         return _cell(Cell(text="–"))
-    si = f"{read.si} {read.si_range} {read.si_unit}" if read.si_unit != read.unit else ""
-    value = f"{read.value} *" if read.equivalent else read.value
-    below = "; ".join(" ".join(part.split()) for part in (read.range, si) if part)
-    return _cell(Cell(text=value, below=below, look="value" if read.supported else "limit"))
+    value, below = (read.si, read.si_range) if si else (read.value, read.range)
+    starred = f"{value} *" if read.equivalent else value
+    return _cell(Cell(text=starred, below=below, look="value" if read.supported else "limit"))
 
 
 def _cell(cell: Cell) -> dict[str, object]:

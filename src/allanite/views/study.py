@@ -22,12 +22,12 @@ from allanite.views.blocks import (
     Coefficients,
     Details,
     Findings,
+    KeyNumbers,
     Page,
     PageBlock,
     References,
     Subheading,
     Text,
-    bullets,
     drawn,
     equation,
     pairs,
@@ -56,6 +56,8 @@ from allanite.views.wording import (
     floor_lines,
     groups,
     is_poor,
+    key_numbers,
+    limit_words,
     missing_lines,
     number,
     probability,
@@ -66,7 +68,6 @@ from allanite.views.wording import (
     sentence,
     shown_symbol,
     slope_reading,
-    verdict,
     worst,
 )
 
@@ -131,7 +132,7 @@ def view(study: Study) -> Page:
         "verdict": ("Verdict", [*_verdict(study)]),
         "curves": ("Curves", [*_curves(study)]),
         "environment": ("Environment", [*_environment(study)]),
-        "findings": ("Findings", [Findings(study.findings, study.recording.rate, first=True)]),
+        "findings": ("Findings", [*_findings(study)]),
         "longer": ("How much longer to record", [*_longer(study)]),
         "record": ("Record", [*_record(study)]),
         "spectra": ("Spectra", [*_spectra(study)]),
@@ -191,18 +192,31 @@ def parameter_blocks(channels: Sequence[ChannelModels]) -> Iterator[PageBlock]:
     names = [c.name for c in channels]
     tables = [Coefficients(group) for group in groups(channels)]
     for coefficients in tables:
-        yield Subheading(coefficients.group.title)
-        yield from bullets(verdict(coefficients.group), brief=False)
-        if coefficients.heads:
-            yield coefficients
+        yield from _group_blocks(coefficients)
     yield from advice([*cautions(channels), *provisos(channels)], names)
     if not any(coefficients.heads for coefficients in tables):
         return
     read_off = {m.verdict for c in channels for m in c.models if m.family == "slopes"}
     yield Text("\n".join(read_off) or GUARANTEE, note=True, brief=True)
-    yield Text(_IEEE, note=True, detail=True)
-    if any(r.equivalent for c in channels for r in readings(c).values()):
+    if any("B" in coefficients.heads for coefficients in tables):
+        yield Text(_IEEE, note=True, detail=True)
+
+
+def _group_blocks(coefficients: Coefficients) -> Iterator[PageBlock]:
+    """What channels of one kind answer, and the table of it with the footnote of its stars."""
+    group = coefficients.group
+    yield Subheading(group.title)
+    if numbers := key_numbers(group):
+        yield KeyNumbers(numbers)
+    if words := limit_words(group):
+        yield Text(words)
+    if not coefficients.heads:
+        return
+    yield coefficients
+    if any(r.equivalent for c in group.channels for r in readings(c).values()):
         yield Text(EQUIVALENT, note=True, brief=True)
+    if group.has_si:
+        yield Details("The same in SI", [Coefficients(group, si=True)])
 
 
 # -- one channel after another -----------------------------------------------------------------------------
@@ -218,34 +232,40 @@ def _curves(study: Study) -> Iterator[PageBlock]:
                 f"group-{i}",
                 study,
                 f"{group.title}: {statistic} of all channels with {100 * curve.confidence:g} % bands and models; thin "
-                "lines show the slopes of the terms.",
+                "lines show the slopes of the terms. Each channel with its terms and limits stands below.",
                 f"{statistic} against averaging time of {', '.join(names)}.",
                 view="groups",
                 channels=names,
             )
         for j, channel in enumerate(group.channels):
-            yield from _channel(f"channel-{i}-{j}", channel, group)
+            figure = [*_channel_figure(f"channel-{i}-{j}", channel)]
+            more = Cards([*(_model(m, channel, group) for m in channel.models), *_beside(channel)])
+            if len(names) > 1:
+                yield Details(f"{channel.name}: terms and limits, fit, slopes", [*figure, more])
+            else:
+                yield from figure
+                yield Details("Terms and limits, fit, slopes", [more])
 
 
-def _channel(id_: str, channel: ChannelStudy, group: ChannelGroup[ChannelStudy]) -> Iterator[PageBlock]:
-    left_out = 0 if channel.of_samples else int((_there(channel) & ~channel.curve.used).sum())
+def _channel_figure(id_: str, channel: ChannelStudy) -> Iterator[PageBlock]:
     summary = "; ".join(f"{shown_symbol(s)} {r.text}" for s, r in readings(channel).items()) or "no model"
-    yield Subheading(channel.name)
     yield from drawn(
         id_,
         channel,
         f"{channel.name}: measured curve with band, fitted model (dashed), its terms (thin) with their reading points, "
         "and upper limits (dotted, with arrows)."
-        + (" Hollow points are not in the fit." if left_out else "")
+        + (" Hollow points are not in the fit." if _left_out(channel) else "")
         + (_FLOOR if channel.floor else ""),
         f"{STATISTICS[channel.curve.statistic]} of {channel.name}: {summary}",
     )
-    yield Cards([*(_model(m, channel, group) for m in channel.models), *_beside(channel, left_out)])
 
 
-def _there(channel: ChannelStudy) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """Lags that have a deviation."""
-    return np.isfinite(channel.curve.deviation) & (channel.curve.used.size > 0)
+def _left_out(channel: ChannelStudy) -> int:
+    """Lags that have a deviation and are not in the fit."""
+    curve = channel.curve
+    if channel.of_samples or not curve.used.size:
+        return 0
+    return int((np.isfinite(curve.deviation) & ~curve.used).sum())
 
 
 def _model(
@@ -253,7 +273,7 @@ def _model(
 ) -> tuple[str, list[PageBlock]]:
     family = model.family.title() if model.family else "Model"
     undecided = " (undecided)" if len(channel.models) > 1 else ""
-    heads = ("Symbol", "Estimate", "95 % interval", *(("SI",) if group.has_si else ()))
+    heads = ("Symbol", "Estimate", "95 % interval")
     estimates = sorted(model.estimates, key=lambda e: _order(e.symbol))
     rows = [
         _estimate_row(_symbol_name(e.symbol, group), reading(channel.kind, channel.unit, e), group.has_si)
@@ -269,12 +289,13 @@ def _model(
 
 def _estimate_row(name: str, read: CoefficientWording, has_si: bool) -> list[Cell]:
     bounded = read.value != "not bounded"
-    value, si = (f"{read.value} {read.unit}", f"{read.si} {read.si_unit}") if bounded else (read.value, "")
+    si = f"{read.si} {read.si_unit}" if bounded and has_si and read.si_unit != read.unit else ""
+    below = "; ".join(part for part in (si, read.note) if part)
+    value = f"{read.value} {read.unit}" if bounded else read.value
     return [
         Cell(text=_symbol(read.symbol), below=name),
-        Cell(text=value, below=read.note, look="value" if read.supported else "limit"),
+        Cell(text=value, below=below, look="value" if read.supported else "limit"),
         Cell(text=read.range or ("upper limit" if bounded else "–")),
-        *([Cell(text=si, look="si")] if has_si else []),
     ]
 
 
@@ -320,10 +341,11 @@ def _correlations(model: NoiseModel) -> Iterator[PageBlock]:
     yield Details("Correlation of the estimates", table(("", *names), rows))
 
 
-def _beside(channel: ChannelStudy, left_out: int) -> Iterator[tuple[str, list[PageBlock]]]:
+def _beside(channel: ChannelStudy) -> Iterator[tuple[str, list[PageBlock]]]:
     unit, factor = display_unit(channel.kind, "mean", channel.unit)
     spread, spread_factor = display_unit(channel.kind, "sd", channel.unit)
-    lags, basis = int(np.isfinite(channel.curve.deviation).sum()), channel.curve.interval_basis
+    lags, left_out = int(np.isfinite(channel.curve.deviation).sum()), _left_out(channel)
+    basis = _basis_words(channel.curve.interval_basis)
     facts = [
         ("Mean", f"{number(_or_zero(channel.mean) / factor, 5)} {unit}"),
         ("Standard deviation", f"{number(_or_zero(channel.sd) / spread_factor, 4)} {spread}"),
@@ -348,6 +370,11 @@ def _beside(channel: ChannelStudy, left_out: int) -> Iterator[tuple[str, list[Pa
         yield "Read off the curve by slope", [pairs(rows, brief=False), Text(_SLOPES, note=True)]
     elif channel.no_slopes:
         yield "Read off the curve by slope", [Text(channel.no_slopes, note=True)]
+
+
+def _basis_words(basis: str) -> str:
+    """What the bands rest on; a model is written in the tables, in the units of the sensor."""
+    return "exact under the fitted model" if "NoiseModel(" in basis else basis
 
 
 def _or_zero(value: float) -> float:
@@ -376,6 +403,11 @@ def _environment_of(estimate: EnvironmentFacts) -> Iterator[PageBlock]:
     yield known_facts(estimate, brief=False)
 
 
+def _findings(study: Study) -> Iterator[PageBlock]:
+    if study.findings:
+        yield Findings(study.findings, study.recording.rate, first=True)
+
+
 def _longer(study: Study) -> Iterator[PageBlock]:
     every = [(channel, each) for channel in study.channels for each in channel.advice]
     asked = [(channel, each) for channel, each in every if not each.reached]
@@ -392,7 +424,9 @@ def _longer(study: Study) -> Iterator[PageBlock]:
         )
         for channel, each in asked
     ]
-    yield from table(("Channel", "Term", "Whole record", "What it buys"), rows, brief=False)
+    if len(rows) > len(finite[:1]):  # the only one is stated already
+        listed = table(("Channel", "Term", "Whole record", "What it buys"), rows, brief=False)
+        yield Details("Every channel and term", listed)
     if not rows:
         yield Text("Nothing to advise.")
     reached: dict[str, list[str]] = {}
@@ -439,10 +473,11 @@ def _gaps(record: StudiedRecord) -> str:
 
 
 def _spectra(study: Study) -> Iterator[PageBlock]:
-    for i, group in enumerate(groups(study.channels)):
+    kinds = groups(study.channels)
+    for i, group in enumerate(kinds):
         names = [c.name for c in group.channels]
         fitted = "samples" if any(c.of_samples for c in group.channels) else "curve"
-        yield from drawn(
+        figure = drawn(
             f"spectrum-{i}",
             study,
             f"{group.title}: root of the two-sided power spectral density; dashed, the model fitted to the {fitted}, "
@@ -450,6 +485,9 @@ def _spectra(study: Study) -> Iterator[PageBlock]:
             f"Spectrum of {', '.join(names)} with the model.",
             view="spectrum",
             channels=names,
+        )
+        yield from (
+            [Details(f"{group.title}: spectrum and model", figure)] if figure and len(kinds) > 1 else figure
         )
         rows = [row for c in group.channels for row in line_rows(c.name, c.kind, c.unit, c.spectrum.lines)]
         yield from table(LINE_HEADS, rows, caption=_LINES, brief=False)

@@ -35,6 +35,7 @@ from allanite.views.figures.panel import (
     Limit,
     Panel,
     decades,
+    legend_entry,
     positive_range,
 )
 from allanite.views.wording import ChannelGroup, number, reading
@@ -155,12 +156,12 @@ def group_panel(group: ChannelGroup[ChannelStudy]) -> Panel:
     lines: list[Curve] = []
     terms: list[TermType] = []
     for channel, look in zip(group.channels, looks, strict=True):
-        data.append(
-            measured_curve(channel.curve, channel.name, factor, look, "" if data else "95 % interval")
-        )
+        band = "" if data else "95 % interval"
+        measured = measured_curve(channel.curve, channel.name, factor, look, band)
+        data.append(replace(measured, axis=channel.name))
         if channel.models and statistic in _OF_MODEL:
-            name = "" if lines else "model"  # one entry in the legend
-            lines.append(replace(model_curve(channel.curve, channel.models[0], factor, 0), label=name))
+            line = model_curve(channel.curve, channel.models[0], factor, 0)
+            lines.append(replace(line, label="", axis=channel.name))
             terms += _terms(channel.models)
     marks = [_Mark.of(t, factor, _minimum(data[0]), "") for t in _mean_terms(terms)]
     frame = _frame(data, [])
@@ -168,7 +169,7 @@ def group_panel(group: ChannelGroup[ChannelStudy]) -> Panel:
         title=group.title,
         x=tau_axis(frame[0]),
         y=_deviation_axis(statistic, unit, frame[1]),
-        curves=(*data, *lines),
+        curves=(*data, *lines, *([legend_entry("model")] if lines else [])),
         guides=_made(m.guide(frame) for m in marks),
         square=True,
     )

@@ -37,6 +37,7 @@ __all__ = [
     "around",
     "array",
     "decades",
+    "legend_entry",
     "level",
     "positive_range",
     "thinned",
@@ -124,12 +125,15 @@ class Curve:
     hollow : ndarray of bool, shape (n,), or None
         Points drawn hollow: not used in the fit.
     marker : str or None
+    axis : str
+        The channel that it belongs to, in a panel of several: a page can show and hide what belongs to one.
     """
 
     x: Array
     y: Array
     label: str
     colour: str
+    axis: str = ""
     style: Style = "solid"
     marker: str | None = None
     lower: Array | None = None
@@ -143,6 +147,11 @@ class Curve:
 def level(ends: tuple[float, float], y: float, label: str, colour: str = "guide") -> Curve:
     """A horizontal line that the legend names: words at its end would stand on the data."""
     return Curve(x=array(ends), y=np.full(2, y), label=label, colour=colour, style="dashed")
+
+
+def legend_entry(label: str, colour: str = "model", style: Style = "dashed") -> Curve:
+    """What the legend says of lines that belong to several axes: it stays when one of them is hidden."""
+    return Curve(x=array([math.nan]), y=array([math.nan]), label=label, colour=colour, style=style)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -284,6 +293,12 @@ class Panel:
         if self.square and self.x.limits and self.y.limits:
             return decades(self.y.limits) / decades(self.x.limits)
         return self.height or (0.52 if self.x.log else 0.22)
+
+    @property
+    def switches(self) -> tuple[Curve, ...]:
+        """The first curve of each axis, where a page can show and hide several; otherwise none."""
+        firsts = {curve.axis: curve for curve in reversed(self.curves) if curve.axis}
+        return tuple(reversed(firsts.values())) if len(firsts) > 1 else ()
 
     @property
     def explained(self) -> tuple[SpanLook, ...]:

@@ -122,8 +122,13 @@ def _spec(sheet: Sheet) -> Json:
     meta: Json = {"aspect": round(total / across, 5)}
     if any(panel.drawing for panel in sheet.panels):
         meta["drawn_at"] = size["width"]
-    if sheet.columns > 1 or any(panel.drawing or panel.key == "above" for panel in sheet.panels):
+    keys = len(sheet.panels) > 1 and any(panel.key == "above" for panel in sheet.panels)
+    if sheet.columns > 1 or keys or any(panel.drawing for panel in sheet.panels):
         meta["least"] = _LEAST[len(sheet.rows) > 1]
+    if len(sheet.rows) > 1 and not any(panel.square or panel.drawing for panel in sheet.panels):
+        meta["tall"] = round(total)  # rows that become no lower on a narrow screen
+    if switches := [curve for panel in sheet.panels for curve in panel.switches]:
+        meta["switches"] = [[_plain(c.axis), c.axis, c.colour, c.marker or "line"] for c in switches]
     layout = {**parts.layout, **_LOOK, **size, "margin": margin, "legend": legend, "meta": meta}
     return {"data": parts.data, "layout": layout}
 
@@ -352,7 +357,7 @@ class _PlotlyParts:
 
 def _curve(curve: Curve, first: Any, *, log: bool, banded: bool) -> list[Json]:
     colour, name = LIGHT[curve.colour], _plain(curve.label)
-    group = name or "model"
+    group = _plain(curve.axis) or name or "model"
     traces: list[Json] = []
     if curve.lower is not None and curve.upper is not None and not curve.bars:
         band = _band(curve, curve.lower, curve.upper, group, log=log)

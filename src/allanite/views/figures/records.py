@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ Spans = NDArray[np.int64]
 _BLOCKS = 1500
 _THINNED = 800  # blocks of an overview out of a study: no screen and no paper shows more
 _MOST_SPANS = 60
+_LOW = 0.1  # height over width of each panel where there are many of them
 
 
 def group_record_panels(group: ChannelGroup[ChannelStudy], study: Study | None) -> list[Panel]:
@@ -31,7 +33,8 @@ def group_record_panels(group: ChannelGroup[ChannelStudy], study: Study | None) 
     looks = series_colours([c.name for c in group.channels])
     many = len(group.channels if study is None else study.channels)
     most = min(_THINNED, 6 * _THINNED // many)
-    return [_channel_panel(c, study, look[0], most) for c, look in zip(group.channels, looks, strict=True)]
+    panels = [_channel_panel(c, study, look[0], most) for c, look in zip(group.channels, looks, strict=True)]
+    return [replace(panel, height=_LOW) for panel in panels] if many > 2 else panels
 
 
 def _channel_panel(channel: ChannelStudy, study: Study | None, colour: str, most: int) -> Panel:

@@ -8,6 +8,7 @@ model is drawn as the segments behind the points would show it: folded by sampli
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from allanite.noise.spectrum import Spectrum
 from allanite.quantities.display_units import display_unit
 from allanite.study.results import ChannelStudy
 from allanite.views.figures.curves import series_colours
-from allanite.views.figures.panel import Axis, Curve, Label, Panel, positive_range
+from allanite.views.figures.panel import Axis, Curve, Label, Panel, legend_entry, positive_range
 from allanite.views.wording import ChannelGroup
 
 __all__ = ["VIEWS", "group_spectrum_panel", "ratio_panel", "spectrum_panel"]
@@ -46,11 +47,13 @@ def group_spectrum_panel(group: ChannelGroup[ChannelStudy]) -> Panel:
     labels: list[Label] = []
     for channel, (colour, _) in zip(group.channels, looks, strict=True):
         curve = _density(channel.spectrum, channel.name, factor, colour, band=not curves)
-        curves.append(curve)
+        curves.append(replace(curve, axis=channel.name))
         if channel.models:
-            lines.append(_model_line(channel.spectrum, channel.models[0], factor, "" if lines else "model"))
+            line = _model_line(channel.spectrum, channel.models[0], factor, "")
+            lines.append(replace(line, axis=channel.name))
         labels += _labels(channel.spectrum, curve, colour)
-    return _panel(group.title, unit, (*curves, *lines), tuple(_merged(labels)))
+    models = [*lines, legend_entry("model")] if lines else []
+    return _panel(group.title, unit, (*curves, *models), tuple(_merged(labels)))
 
 
 def spectrum_panel(channel: ChannelSpectrum) -> Panel:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,6 +29,8 @@ from allanite.views.registry import VIEWS, document_of, view_of
 
 if TYPE_CHECKING:
     from jinja2 import Environment
+    from jinja2.runtime import Context
+    from markupsafe import Markup
 
 __all__ = ["html_of", "page_of", "render", "render_file"]
 
@@ -53,7 +55,9 @@ _PAGES = {
 _FORMATS = {"Filtered": "allanite-filtered", "ReferenceAided": "allanite-reference-aided"}
 
 
-def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) -> Path:
+def render(
+    result: Any, path: str | os.PathLike[str], *, force: bool = False, beside: Sequence[str] = ()
+) -> Path:
     """Write the report of a result.
 
     Parameters
@@ -64,6 +68,8 @@ def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) ->
         Of the HTML file.
     force : bool
         Replace a file that is there.
+    beside : sequence of str
+        Names of files in the folder of the report, or below it; the report links to them.
 
     Returns
     -------
@@ -78,13 +84,14 @@ def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) ->
         The file exists and `force` is not given, or the disk refuses.
     """
     with fresh(path, force=force) as place:
-        place.write_text(html_of(result), encoding="utf-8")
+        place.write_text(html_of(result, beside), encoding="utf-8")
     return Path(path)
 
 
-def html_of(result: Any) -> str:
-    """The page as text."""
-    return _filled("sections.html", _content(page_of(result)))
+def html_of(result: Any, beside: Sequence[str] = ()) -> str:
+    """The page as text, with links to the files `beside` it."""
+    files = [name for name in beside if "/" not in name]
+    return _filled("sections.html", {**_content(page_of(result)), "beside": beside, "files": files})
 
 
 def page_of(result: Any) -> Page:
@@ -191,10 +198,9 @@ def _filled(template: str, content: Mapping[str, Any]) -> str:
 @functools.cache
 def _templates() -> Environment:
     """Our templates, each compiled once in a process."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined, pass_context
 
     from allanite.views.pieces import finding_rows
-    from allanite.views.report.powers import with_powers
 
     environment = Environment(
         loader=FileSystemLoader(_HERE),
@@ -204,9 +210,16 @@ def _templates() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["power"] = with_powers
+    environment.filters["power"] = pass_context(_linked)
     environment.globals["finding_rows"] = finding_rows
     return environment
+
+
+def _linked(context: Context, text: str) -> Markup:
+    """Text with its powers, and with links to the files beside the report."""
+    from allanite.views.report.powers import with_links, with_powers
+
+    return with_links(with_powers(text), context.get("beside", ()))
 
 
 def _shown(value: Any) -> Any:

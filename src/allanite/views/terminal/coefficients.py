@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from allanite.views.blocks import Coefficients
@@ -32,8 +33,7 @@ def say_coefficients(out: Console, block: Coefficients, *, si: bool = False) -> 
 
 
 def _table(block: Coefficients, *, si: bool, between: int) -> Table:
-    heads = [f"{h.symbol} [{h.si if si else h.unit}]" for h in block.heads.values()]
-    table = table_of((_title(block, si=si), *heads), between=between)
+    table = table_of((_title(block, si=si), *replace(block, si=si).columns), between=between)
     for name, cells in block.rows:
         table.add_row(name, *(_cell(read, si=si) for read in cells))
     return table

@@ -21,16 +21,18 @@ __all__ = [
     "GUARANTEE",
     "ChannelGroup",
     "CoefficientWording",
+    "KeyNumber",
     "cautions",
     "column_of",
     "groups",
     "headings",
     "is_poor",
+    "key_numbers",
+    "limit_words",
     "reading",
     "readings",
     "shown_symbol",
     "slope_reading",
-    "verdict",
 ]
 
 C = TypeVar("C", bound=ChannelModels)
@@ -320,13 +322,25 @@ def slope_reading(channel: ChannelModels, read: SlopeReading) -> str:
 # -- sentences --------------------------------------------------------------------------------------------
 
 
-def verdict(group: ChannelGroup[C]) -> list[str]:
-    """What the record says about a group of channels: one plain sentence per statement."""
-    sentences = [s for symbol in COLUMNS if (s := _statement(group, symbol))]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class KeyNumber:
+    """A number that answers the question of a report, as texts: what it is, value and unit, and what to know of it."""
+
+    name: str
+    value: str
+    unit: str
+    beside: str
+
+
+def key_numbers(group: ChannelGroup[C]) -> list[KeyNumber]:
+    """The terms that the record resolves: of several channels the smallest to the largest value."""
+    return [n for symbol in COLUMNS if (n := _key_number(group, symbol)) is not None]
+
+
+def limit_words(group: ChannelGroup[C]) -> str:
+    """The terms that no channel resolves, each with the largest of its limits; "" where there are none."""
     absent = [a for symbol in COLUMNS if (a := _absent(group, symbol))]
-    if absent:
-        sentences.append(f"Not resolved: {', '.join(absent)}.")
-    return sentences
+    return f"Not resolved: {', '.join(absent)}." if absent else ""
 
 
 def cautions(channels: Iterable[ChannelModels]) -> list[str]:
@@ -356,22 +370,27 @@ def is_poor(model: NoiseModel) -> bool:
     return p is not None and p < 0.01
 
 
-def _statement(group: ChannelGroup[C], symbol: str) -> str:
-    """Where a term is resolved, and where it is only bounded; "" where no channel resolves it."""
+def _key_number(group: ChannelGroup[C], symbol: str) -> KeyNumber | None:
+    """Where a term is resolved, and where it is only bounded; None where no channel resolves it."""
     resolved, limits = _resolved_and_limits(group, symbol)
     if not resolved:
-        return ""
-    head = f"{group.name_of(symbol).capitalize()} {_SHOWN.get(symbol, symbol)}"
-    text = f"{head} is resolved{_where(resolved, group)}: {_spread(resolved.values())}"
-    return text + (
-        f"; it is only bounded{_where(limits, group)}: {_spread(limits.values())}." if limits else "."
+        return None
+    some = sorted(resolved.values(), key=lambda r: r.amount or 0.0)
+    low, high = some[0], some[-1]
+    ends = [low.value] if len(some) == 1 else list(dict.fromkeys(number(r.amount) for r in (low, high)))
+    beside = f"95 % interval {low.range}" if len(group.channels) == 1 else _where(resolved, group)
+    return KeyNumber(
+        name=f"{group.name_of(symbol).capitalize()} {_SHOWN.get(symbol, symbol)}",
+        value=" to ".join(ends),
+        unit=low.unit,
+        beside=beside + (f"; {_where(limits, group)} {_largest(limits.values())}" if limits else ""),
     )
 
 
 def _absent(group: ChannelGroup[C], symbol: str) -> str:
     """A term that no channel resolves, with the largest of its limits."""
     resolved, limits = _resolved_and_limits(group, symbol)
-    return "" if resolved or not limits else f"{_SHOWN.get(symbol, symbol)} {_spread(limits.values())}"
+    return "" if resolved or not limits else f"{_SHOWN.get(symbol, symbol)} {_largest(limits.values())}"
 
 
 def _resolved_and_limits(
@@ -384,17 +403,12 @@ def _resolved_and_limits(
 
 def _where(some: Mapping[str, CoefficientWording], group: ChannelGroup[C]) -> str:
     count = len(group.channels)
-    if count == 1:
-        return ""
     if len(some) == count:
-        return " on both channels" if count == 2 else f" on all {_COUNTS.get(count, count)} channels"
-    return f" on {listed(list(some))}"
+        return "both channels" if count == 2 else f"all {_COUNTS.get(count, count)} channels"
+    return listed(list(some))
 
 
-def _spread(coefficients: Iterable[CoefficientWording]) -> str:
-    """Smallest to largest value; of limits the largest, which holds for all."""
-    some = sorted((r for r in coefficients if r.amount is not None), key=lambda r: r.amount or 0.0)
-    low, high = (r.value.removeprefix("< ") for r in (some[0], some[-1]))
-    if not some[-1].supported:
-        return f"below {high} {some[-1].unit}"
-    return f"{low} {some[0].unit}" if low == high else f"{low} to {high} {some[0].unit}"
+def _largest(coefficients: Iterable[CoefficientWording]) -> str:
+    """The largest of some limits, which holds for all."""
+    largest = max(coefficients, key=lambda r: r.amount or 0.0)
+    return f"below {largest.value.removeprefix('< ')} {largest.unit}"

@@ -23,6 +23,7 @@ const table = ({ heads, rows, caption }) => [caption ? h("p", { class: "caption"
 const MADE = {
   banner: (b) => h("div", { class: `banner ${b.tone}` }, h("span", {}, h("b", {}, b.head), " ", b.text)),
   hero: (b) => h("div", { class: "hero" }, h("p", { class: "flat" }, h("span", { class: "amount" }, b.value), ` ${b.unit}`), h("p", { class: "flat" }, b.interval), h("p", { class: "note" }, b.beside)),
+  numbers: (b) => h("dl", { class: "numbers" }, b.items.map((n) => h("div", {}, h("dt", {}, n.name), h("dd", {}, h("span", { class: "amount" }, n.value), ` ${n.unit}`), h("dd", { class: "note" }, n.beside)))),
   text: (b) => h("p", { class: b.note ? "note" : null }, b.text),
   heading: (b) => h("h3", {}, b.text),
   bullets: (b) => h("ul", { class: "verdict" }, b.items.map((item) => h("li", {}, item))),

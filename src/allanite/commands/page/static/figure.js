@@ -25,7 +25,7 @@ function sized(layout, width) {
   const wide = Math.max(width, meta.least || 0);
   const share = Math.min(wide / (meta.drawn_at || wide), 1);
   for (const note of layout.annotations || []) if (note.font) note.font.size *= share;
-  const height = Math.round(Math.max((wide - margin.l - margin.r) * meta.aspect, tallest(layout)) + margin.t + margin.b);
+  const height = Math.round(Math.max((wide - margin.l - margin.r) * meta.aspect, meta.tall || 0, tallest(layout)) + margin.t + margin.b);
   const { guide, ink } = colours();
   const modebar = { bgcolor: "rgba(0,0,0,0)", color: guide, activecolor: ink };
   return { ...layout, width: wide, height, modebar, uirevision: "kept" };
