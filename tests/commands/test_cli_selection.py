@@ -16,9 +16,10 @@ from allanite.errors import InputError
 from allanite.files.recording_file import write_recording
 from allanite.fitting.selection import Selection, select
 from allanite.recording.records import Recording
+from allanite.views.blocks import TableBlock
 from allanite.views.figures import sheet_of
-from allanite.views.report import html_of
-from allanite.views.wording import candidate_lines, chosen_line_lines, term_lines, weight_words
+from allanite.views.report import html_of, page_of
+from allanite.views.wording import weight_words
 from pages import Balance, document_of, text_of
 from shell import Run
 
@@ -44,7 +45,7 @@ def test_select_prints_sets_and_leaves_files(run: Run, tmp_path: Path) -> None:
     )
     done = run("select", log, "--lines", "none", "--out", tmp_path / "out", "--plot", tmp_path / "sets.svg")
     assert done.code == 3, done.err  # missing samples
-    assert done.out.startswith("The terms are clear: x: white noise; y: white noise and random walk")
+    assert done.out.startswith("The terms are clear. x: white noise; y: white noise and random walk")
     assert "█" in done.out and "deg/√h" in done.out
     rows = list(csv.DictReader((tmp_path / "out" / "selection.csv").open()))
     assert {"channel", "terms", "weight", "score", "N", "K"} <= set(rows[0])
@@ -92,7 +93,7 @@ def test_select_prints_its_document(run: Run, tmp_path: Path) -> None:
     done = run("select", log, "--lines", "1.5", "--json")
     assert done.code == 0, done.err
     document = json.loads(done.out)
-    assert document["format"] == "allanite-selection" and document["version"] == 1
+    assert document["format"] == "allanite-selection" and document["version"] == 2
     (channel,) = document["channels"]
     assert channel["lines"][0]["kept"] is False and channel["candidates"][0]["letters"] == ["N"]
 
@@ -136,13 +137,16 @@ def test_pictures_are_drawn_by_both_libraries(found: Selection) -> None:
 
 
 def test_words_say_values_with_intervals(found: Selection) -> None:
-    (channel,) = found.to_json()["channels"]
-    words, weight, score, parameters, _ = candidate_lines(channel)[0]
-    assert words == "white noise and random walk" and weight > 0.5 and score == "best"
+    blocks = [block for block in page_of(found).blocks() if isinstance(block, TableBlock)]
+    sets, terms, lines = ([[cell.text for cell in cells] for cells, _ in block.rows] for block in blocks)
+    words, _, score, parameters, _ = sets[0]
+    assert words == "white noise and random walk" and score == "best"
     assert parameters.startswith("N ") and "K " in parameters
-    terms = {name: (share, said) for name, share, said in term_lines(channel)}
-    assert terms["N"][0] == "> 99 %" and "[" in terms["K"][1] and terms["B"][1] == "–"
-    kept, left_out = chosen_line_lines(channel)
+    shares = [cells[1].share for cells, _ in blocks[0].rows]
+    assert shares == [c.weight for c in found.candidates[:8]] and shares[0] is not None and shares[0] > 0.5
+    by_term = {name: (share, words) for name, share, words in terms}
+    assert by_term["N"][0] == "> 99 %" and "[" in by_term["K"][1] and by_term["B"][1] == "–"
+    kept, left_out = lines
     assert (
         kept[0] in ("2.10000 Hz", "2.09999 Hz", "2.10001 Hz")
         and kept[3] == "a term"

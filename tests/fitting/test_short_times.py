@@ -143,7 +143,7 @@ def test_a_selection_says_what_else_explains_its_slow_noise() -> None:
     chosen = select(recorded(rng.standard_normal(28_800) + power_law(rng, 28_800, 200.0**-1.3, 1.3)))
     assert 1 < chosen.slow["slope_lower"] <= 1.3 <= chosen.slow["slope_upper"]
     assert "explain its Allan curve as well" in chosen.verdict
-    assert chosen.entry()["slow"] == dict(chosen.slow)
+    assert chosen.entry.slow == dict(chosen.slow)
     assert chosen.model.goodness["slope_lower"] == chosen.slow["slope_lower"]
 
 

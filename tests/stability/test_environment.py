@@ -466,7 +466,7 @@ def test_reports_and_figures(study: al.Study, found: EnvironmentEstimate) -> Non
     page = text_of(html_of(study))
     assert "The noise model is that of the residual" in page
     assert "Curves and noise models above are those of the residual" in page
-    own = text_of(html_of(FreedRecording(residual=found.residual, estimates=(found,)).environment))
+    own = text_of(html_of(FreedRecording(residual=found.residual, estimates=(found,))))
     assert "What was removed" in own
     assert "Fieller" in own
     for view in ("temperature", "deviation", "time"):

@@ -19,7 +19,6 @@ _HOMES = {
     "measure": "registry",
     "plan_of": "earth",
     "read_part": "recordings",
-    "selection_of": "selection",
     "write_measurement": "measurement",
     "write_results": "study",
 }

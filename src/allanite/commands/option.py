@@ -29,7 +29,7 @@ __all__ = [
 
 OptionType = Literal[
     "number", "integer", "share", "text", "flag", "choice", "names", "texts", "findings", "by-channel", "seconds",
-    "seconds-list", "degrees", "latitude", "turns", "deg/s", "deg/h", "deg/h/g", "spans", "headings", "model",
+    "seconds-list", "degrees", "latitude", "turns", "deg/s", "deg/h", "deg/h/g", "spans", "headings", "lines", "model",
     "recording", "document", "attached", "description", "file", "renamed", "acceleration",
 ]  # fmt: skip
 

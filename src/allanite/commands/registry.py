@@ -13,6 +13,7 @@ from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.environment import ENVIRONMENT
 from allanite.commands.north import NORTH
 from allanite.commands.rate_table import RATE_TABLE
+from allanite.commands.select import SELECT
 from allanite.commands.shared_noise import COMMON
 from allanite.commands.spectrum import SPECTRUM
 from allanite.commands.variation import VARIATION
@@ -28,6 +29,7 @@ COMMANDS: Mapping[str, Command] = {
         CHARACTERIZE,
         SPECTRUM,
         VARIATION,
+        SELECT,
         COMPARE,
         COMMON,
         ENVIRONMENT,

@@ -72,7 +72,7 @@ def environment_of(
         progress=lambda fraction, what: advance(0.1 + 0.8 * fraction, what),
     )
     shown = [*findings, *(r for e in freed.estimates for r in remarks(e))]
-    result = freed.environment
+    result = freed.result
     curves = {e.channel: e.correction for e in freed.estimates if e.correction is not None}
     return MeasurementResult(
         result=result,

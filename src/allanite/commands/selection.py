@@ -4,17 +4,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any, Literal
 
-from allanite.commands.measurement import MeasurementResult, beside
+from allanite.commands.measurement import MeasurementResult, origin_of
 from allanite.commands.recordings import has_gaps, noise_channels, ready_log
-from allanite.plain_files.regular_file import file_sha256
 
 __all__ = ["selection_of"]
 
 Advance = Callable[[float, str], None]
-Json = Mapping[str, Any]
 
 
 def selection_of(
@@ -44,8 +42,8 @@ def selection_of(
     DataQualityError
         A fatal finding that was not accepted.
     """
-    from allanite.fitting.selection import select
-    from allanite.fitting.selection.results import document_of
+    from allanite.fitting.selection import TermSelection, select
+    from allanite.study.result_document import ResultDocument
 
     advance = progress or (lambda fraction, what: None)
     ready, findings = ready_log(
@@ -60,16 +58,12 @@ def selection_of(
         select(ready, channel=name, lines=lines, confidence=confidence, progress=_part(advance, i, names))
         for i, name in enumerate(names)
     ]
-    document = {
-        **document_of(selections),
-        **beside(ready, None, findings, file_sha256(log), command),
-        "source": ready.source,
-    }
+    result = TermSelection(confidence=confidence, channels=tuple(one.entry for one in selections))
     return MeasurementResult(
-        result=document,
-        document=document,
+        result=result,
+        document=ResultDocument(result=result, **origin_of(ready, findings, log, command)),
         name="selection",
-        tables={"selection.csv": _rows(document)},
+        tables={},
         lossy=has_gaps(ready),
     )
 
@@ -77,23 +71,3 @@ def selection_of(
 def _part(advance: Advance, i: int, names: Sequence[str]) -> Advance:
     """The share of one channel in the whole."""
     return lambda fraction, what: advance(0.2 + 0.8 * (i + fraction) / len(names), f"{names[i]}: {what}")
-
-
-def _rows(document: Json) -> list[dict[str, Any]]:
-    """One row for each candidate, parameters in SI."""
-    symbols = list(
-        dict.fromkeys(s for ch in document["channels"] for c in ch["candidates"] for s in c["parameters"])
-    )
-    return [
-        {
-            "channel": channel["name"],
-            "terms": " ".join(c["letters"]),
-            "weight": c["weight"],
-            "score": c["score"],
-            "log_likelihood": c["log_likelihood"],
-            "p": c["p"],
-            **{s: c["parameters"].get(s, "") for s in symbols},
-        }
-        for channel in document["channels"]
-        for c in channel["candidates"]
-    ]

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.noise.allan import AllanCurve
-    from allanite.study.results import ChannelCurve, ChannelStudy
+    from allanite.noise.allan.channel_curve import ChannelCurve
+    from allanite.study.results import ChannelStudy
     from allanite.study.study import Study
 
 __all__ = ["RESULTS", "characterized", "curve_of", "refuse_results", "study_of", "write_results"]

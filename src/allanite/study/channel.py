@@ -15,6 +15,7 @@ from allanite.errors import AllaniteError, DataQualityError, FitError
 from allanite.fitting.instrument_floor import floor_findings, over_floor, quiet_curve
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve, allan_curve
+from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.recording.cleaning.renewed import held_samples
 from allanite.recording.health import Finding, Severity
 from allanite.recording.health.finding import finding
@@ -22,7 +23,7 @@ from allanite.recording.health.tails import law_of
 from allanite.recording.records import Channel, Recording
 from allanite.study.overview import overview_of
 from allanite.study.request import Request
-from allanite.study.results import Aliasing, ChannelCurve, ChannelFloor, ChannelStudy, SlopeReading
+from allanite.study.results import Aliasing, ChannelFloor, ChannelStudy, SlopeReading
 
 if TYPE_CHECKING:
     from allanite.fitting.advice import Advice

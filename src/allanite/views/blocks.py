@@ -141,12 +141,14 @@ class References(PageBlock):
 class Cell:
     """A cell of a table: words, small words below, and a look ("", "value", "limit", "si", "good", "fatal").
 
-    A terminal shows what is below a value beside it, and of other cells the words alone.
+    A terminal shows what is below a value beside it, and of other cells the words alone; a `share` of the whole it
+    shows as a bar, which a page draws in a figure.
     """
 
     text: str
     below: str = ""
     look: str = ""
+    share: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

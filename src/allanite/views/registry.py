@@ -23,6 +23,7 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
     ),
     "allanite-environment": ("allanite.stability.environment", "Environment", "allanite.views.environment"),
     "allanite-spectrum": ("allanite.fitting.spectral.spectra", "Spectra", "allanite.views.spectrum"),
+    "allanite-selection": ("allanite.fitting.selection", "TermSelection", "allanite.views.selection"),
     "allanite-separation": ("allanite.stability.shared_noise", "Separation", "allanite.views.shared_noise"),
     "allanite-earth-rate": (
         "allanite.experiments.earth_rate",

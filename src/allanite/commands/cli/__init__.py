@@ -9,7 +9,6 @@ the commands, so that help is quick. One module for each family of commands; imp
 # isort: off
 from allanite.commands.cli import declared
 from allanite.commands.cli import noise
-from allanite.commands.cli import selection
 from allanite.commands.cli import files
 from allanite.commands.cli import filtering
 from allanite.commands.cli import earth
@@ -52,6 +51,5 @@ __all__ = [
     "recording",
     "recovery",
     "redundancy",
-    "selection",
     "serve",
 ]

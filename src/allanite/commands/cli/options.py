@@ -459,6 +459,7 @@ _KINDS: dict[str, click.ParamType[Any]] = {
     "by-channel": ByChannel(),
     "recording": click.Path(exists=True),
     "spans": Spans(),
+    "lines": Frequencies(),
     "seconds": Duration(),
     "degrees": Angle(),
     "latitude": Latitude(),

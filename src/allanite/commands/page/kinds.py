@@ -202,18 +202,6 @@ KINDS: Mapping[str, JobKind] = {
         results=("models.json",),
     ),
     **{name: _declared(command) for name, command in COMMANDS.items()},
-    "select": JobKind(
-        title="Which terms?",
-        command="select",
-        takes="recording",
-        options={
-            "confidence": option("number", "--confidence", "Confidence level of the intervals.", default=0.95),
-            "accept": ACCEPT,
-        },
-        lines=_measured_lines,
-        function="selection_of",
-        results=("selection.json",),
-    ),
     "north": _declared(COMMANDS["north"]),
     "plan": JobKind(
         title="Plan",

@@ -55,7 +55,13 @@ def given_in(request: Mapping[str, Any], name: str) -> dict[str, Any]:
 
 
 #: Types that the page shows as others.
-_ON_THE_PAGE = {"share": "number", "findings": "texts", "latitude": "degrees", "turns": "spans"}
+_ON_THE_PAGE = {
+    "share": "number",
+    "lines": "text",
+    "findings": "texts",
+    "latitude": "degrees",
+    "turns": "spans",
+}
 
 
 def _help(option: Option) -> str:
@@ -142,6 +148,8 @@ def _spelt(option: Option, name: str, value: Any, place: Place) -> tuple[list[st
             return [str(value)], value
         case "text":
             return [_text(name, value)], value
+        case "lines":
+            return [_text(name, value)], _frequencies(name, value)
         case "texts" | "findings":
             texts = [_text(name, v) for v in _list(name, value)]
             return list(texts), texts
@@ -195,6 +203,14 @@ def _text(name: str, value: Any) -> str:
     ):
         raise Refused(400, f"{name} must be a line of text")
     return value
+
+
+def _frequencies(name: str, text: str) -> str | list[float]:
+    """Spectral lines as Python has them."""
+    try:
+        return text if text == "auto" else [] if text == "none" else [float(part) for part in text.split(",")]
+    except ValueError:
+        raise Refused(400, f"{name}: auto, none, or frequencies in Hz like 12.3,50") from None
 
 
 def _name(name: str, value: Any) -> str:

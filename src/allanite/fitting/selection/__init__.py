@@ -4,7 +4,7 @@
 ``search``      sets of terms, what a term costs, and the best set by steps.
 ``lines``       which spectral lines pay their price.
 ``averaging``   parameters with what is open about the set.
-``results``     Selection and its candidates.
+``results``     Selection and its candidates; TermSelection, what a document holds; ``verdict`` what it may come to.
 ``estimation``  select(recording): what a user calls.
 """
 
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from allanite.fitting.likelihood.lines import line_price
 from allanite.fitting.selection.estimation import select
-from allanite.fitting.selection.results import Candidate, ChosenLine, Selection
+from allanite.fitting.selection.results import Candidate, ChosenLine, Selection, TermSelection
 from allanite.fitting.selection.search import PRICE
 
-__all__ = ["PRICE", "Candidate", "ChosenLine", "Selection", "line_price", "select"]
+__all__ = ["PRICE", "Candidate", "ChosenLine", "Selection", "TermSelection", "line_price", "select"]

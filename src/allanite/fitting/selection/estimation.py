@@ -25,7 +25,7 @@ from allanite.fitting.likelihood.coarser import EXPLAINED, explained_part
 from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_price
 from allanite.fitting.likelihood.slow import ShownSum, slow_facts
 from allanite.fitting.selection.lines import gains_of, steady_lines
-from allanite.fitting.selection.results import Candidate, ChosenLine, Selection
+from allanite.fitting.selection.results import Candidate, ChosenLine, LineLeftIn, Selection
 from allanite.fitting.selection.search import Letters, Progress, TermSearch
 from allanite.recording.records import Recording, checked_recording
 
@@ -93,18 +93,18 @@ def select(
             )
         return _selected(TermSearch(recording, progress), (), (), confidence)
     problem = LikelihoodProblem.of(checked_recording(recording, "select"), channel)
-    frequencies, remarks, widths = _proposed(problem, lines, progress)
+    frequencies, left_in, widths = _proposed(problem, lines, progress)
     if frequencies:
         problem = problem.with_lines(frequencies)
     search = explained_part(problem, partial(_searched, progress=progress))
     search, tried = _paying(search, line_price(widths))
-    return _selected(search, tried, remarks, confidence)
+    return _selected(search, tried, left_in, confidence)
 
 
 def _proposed(
     problem: LikelihoodProblem, lines: Sequence[float] | Literal["auto"], progress: Progress | None
-) -> tuple[list[float], tuple[str, ...], float]:
-    """Frequencies of lines, what is said of others, and over how many widths of a line each was looked for."""
+) -> tuple[list[float], tuple[LineLeftIn, ...], float]:
+    """Frequencies of lines, those that cannot be terms, and over how many widths of a line each was looked for."""
     if isinstance(lines, str):
         if lines != "auto":
             raise InputError(f"lines must be frequencies in Hz, or 'auto', not {lines!r}")
@@ -181,7 +181,7 @@ def _disguised(search: TermSearch, letters: Letters) -> bool:
 
 
 def _selected(
-    search: TermSearch, lines: tuple[ChosenLine, ...], remarks: tuple[str, ...], confidence: float
+    search: TermSearch, lines: tuple[ChosenLine, ...], left_in: tuple[LineLeftIn, ...], confidence: float
 ) -> Selection:
     """All sets that were tried, by their scores."""
     problem = search.problem
@@ -202,7 +202,7 @@ def _selected(
         candidates=tuple(c for c in candidates if c.weight > _LISTED),
         n_tried=len(candidates),
         lines=lines,
-        remarks=remarks,
+        left_in=left_in,
         kind=channel.kind.value,
         unit="" if channel.kind.has_si else channel.unit,
         shortest=problem.block * problem.dt,

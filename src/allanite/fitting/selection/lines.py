@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.likelihood.lines import FEWEST_PERIODS
+from allanite.fitting.selection.results import LineLeftIn
 from allanite.fitting.selection.search import Letters
 
 __all__ = ["gains_of", "steady_lines"]
@@ -30,20 +31,13 @@ def gains_of(problem: LikelihoodProblem, letters: Letters, frequencies: Sequence
     return gains
 
 
-def steady_lines(problem: LikelihoodProblem) -> tuple[list[float], tuple[str, ...]]:
-    """Frequencies [Hz] of the lines of the spectrum whose phase is steady, and what is said of the others."""
+def steady_lines(problem: LikelihoodProblem) -> tuple[list[float], tuple[LineLeftIn, ...]]:
+    """Frequencies [Hz] of the lines of the spectrum whose phase is steady, and the others."""
     from allanite.noise.spectrum import power_spectrum
 
     lines = power_spectrum(problem.recording, problem.channel.name).lines
     lowest = FEWEST_PERIODS / (problem.n_samples * problem.dt)
-    remarks = [
-        f"the line at {line.frequency:.4g} Hz is no sinusoid and stays in the record: {line.note}"
-        for line in lines
-        if not line.stable
-    ]
-    remarks += [
-        f"the line at {line.frequency:.4g} Hz has too few periods to be told from slow noise and stays in the record"
-        for line in lines
-        if line.stable and line.frequency < lowest
-    ]
-    return [line.frequency for line in lines if line.stable and line.frequency >= lowest], tuple(remarks)
+    steady = [line for line in lines if line.stable]
+    left_in = [LineLeftIn(frequency=line.frequency, note=line.note) for line in lines if not line.stable]
+    left_in += [LineLeftIn(frequency=line.frequency, note="") for line in steady if line.frequency < lowest]
+    return [line.frequency for line in steady if line.frequency >= lowest], tuple(left_in)

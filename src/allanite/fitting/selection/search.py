@@ -53,7 +53,7 @@ MOST_MARKOV = 2
 _SLOW = ("B", "G", "K", "R")
 _START: Letters = ("N", "B", "K")
 _NAMES = {
-    "Q": "quantisation", "N": "white noise", "B": "flicker", "K": "random walk", "R": "ramp",
+    "Q": "quantization", "N": "white noise", "B": "flicker", "K": "random walk", "R": "ramp",
     "G": "Gauss-Markov", "GG": "two Gauss-Markov terms",
 }  # fmt: skip
 

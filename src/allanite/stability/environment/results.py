@@ -423,7 +423,7 @@ class FreedRecording:
         return {e.channel: e for e in self.estimates}[channel]
 
     @property
-    def environment(self) -> Environment:
+    def result(self) -> Environment:
         """What a document holds of it."""
         return Environment(
             channels=tuple(e.facts for e in self.estimates),

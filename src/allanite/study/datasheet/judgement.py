@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.noise import FLICKER_FLOOR, NoiseModel
+from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.noise.datasheet import SheetEntry
 from allanite.noise.given_models import models_of
 from allanite.noise.quick_terms import with_quick_terms_white
@@ -30,7 +31,6 @@ from allanite.plain_files.json_values import plain
 from allanite.recording.channel_names import ways_to_units
 from allanite.recording.records import Kind
 from allanite.study.datasheet.sheet import Datasheet
-from allanite.study.results import ChannelCurve
 from allanite.study.study import Study
 
 __all__ = ["ChannelVerdict", "DatasheetVerdict", "StatementVerdict", "hold_against"]

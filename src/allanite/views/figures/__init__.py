@@ -152,17 +152,6 @@ def _rows_of(panels: Sequence[Panel], most: int = 3) -> list[tuple[Panel, ...]]:
     return [tuple(panels[i : i + most]) for i in range(0, len(panels), most)]
 
 
-def _chosen(channels: Sequence[Json], names: Sequence[str] | None) -> list[Json]:
-    if names is None:
-        return list(channels)
-    wanted = [names] if isinstance(names, str) else list(names)
-    known = {c["name"]: c for c in channels}
-    for name in wanted:
-        if name not in known:
-            raise InputError(f"no channel {name!r}; there are: {', '.join(known)}")
-    return [known[name] for name in wanted]
-
-
 def _curve(curve: Any, *, model: Any = None) -> Sheet:
     from allanite.views.figures.curves import curve_panels
 
@@ -439,13 +428,16 @@ def _separation(given: Any, *, view: str = "whole") -> Sheet:
     return _column([make(result) for name, make in parts.items() if view in ("whole", name)])
 
 
-def _selection(result: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
+def _selection(given: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
+    from allanite.fitting.selection import TermSelection
     from allanite.views.figures import selection
 
     _known_view(view, selection.VIEWS, "a selection of terms")
-    document = result if isinstance(result, Mapping) else result.to_json()
+    held: Any = TermSelection.from_json(given) if isinstance(given, Mapping) else given
+    result: TermSelection = getattr(held, "result", held)
     parts = {"weights": selection.weights_panel, "curves": selection.curves_panel}
-    chosen = _chosen(document["channels"], channels)
+    wanted = [channels] if isinstance(channels, str) else channels
+    chosen = result.channels if wanted is None else [result[name] for name in wanted]
     return _column([make(c) for c in chosen for name, make in parts.items() if view in ("whole", name)])
 
 
@@ -606,6 +598,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("Combination"), _combination),
     (_named("Separation"), _separation),
     (_named("Selection"), _selection),
+    (_named("TermSelection"), _selection),
     (_named("Variation"), _variation),
     (_named("Comparison"), _comparison),
     (_named("EnvironmentFacts"), _environment),

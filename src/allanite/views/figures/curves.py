@@ -23,8 +23,9 @@ from allanite.noise import (
     TermType,
 )
 from allanite.noise.allan import AllanCurve
+from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.quantities.display_units import display_unit
-from allanite.study.results import ChannelCurve, ChannelFloor, ChannelStudy
+from allanite.study.results import ChannelFloor, ChannelStudy
 from allanite.views.figures.panel import (
     MARKERS,
     SERIES,

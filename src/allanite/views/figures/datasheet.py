@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from allanite.noise import NoiseModel
+from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.quantities.display_units import display_unit
-from allanite.study.results import ChannelCurve
 from allanite.views.figures.curves import measured_curve, model_curve, model_panel, series_colours, tau_axis
 from allanite.views.figures.panel import Axis, Curve, Panel, array, level, positive_range
 

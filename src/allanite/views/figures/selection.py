@@ -3,24 +3,20 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from allanite.fitting.selection.results import ChannelSelection
 from allanite.noise import NoiseModel
 from allanite.quantities.display_units import display_unit
-from allanite.study.results import ChannelCurve
 from allanite.views.figures.curves import measured_curve, model_curve
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words, box
 from allanite.views.figures.panel import Axis, Panel, Style, positive_range
 from allanite.views.wording import weight_words
 
 __all__ = ["VIEWS", "curves_panel", "weights_panel"]
-
-Json = Mapping[str, Any]
 
 VIEWS = ("whole", "weights", "curves")
 
@@ -31,20 +27,20 @@ _COLOURS = ("model", "other", "x", "y")
 _WIDTH, _LEFT, _RIGHT, _ROW, _BAR, _MARGIN = 100.0, 50.0, 9.0, 4.4, 2.9, 1.5
 
 
-def weights_panel(channel: Json) -> Panel:
+def weights_panel(channel: ChannelSelection) -> Panel:
     """A bar for the weight of every set."""
-    return Panel(title=f"{channel['name']}: weight of every set of terms", drawing=_bars(channel))
+    return Panel(title=f"{channel.name}: weight of every set of terms", drawing=_bars(channel))
 
 
-def _bars(channel: Json) -> Drawing:
-    shown = channel["candidates"][:_BARS]
+def _bars(channel: ChannelSelection) -> Drawing:
+    shown = channel.candidates[:_BARS]
     full = _WIDTH - _LEFT - _RIGHT
     height = 2 * _MARGIN + _ROW * (len(shown) + 1)
     parts: list[DrawnShape | Words] = []
     for row, candidate in enumerate(shown):
         y = height - _MARGIN - _ROW * (row + 0.5)
-        parts += _bar(candidate["words"], candidate["weight"], y, full, bold=row == 0)
-    rest = 1.0 - sum(c["weight"] for c in shown)
+        parts += _bar(candidate.words, candidate.weight, y, full, bold=row == 0)
+    rest = 1.0 - sum(c.weight for c in shown)
     parts += _bar("all others together", max(rest, 0.0), _MARGIN + 0.5 * _ROW, full, faint=True)
     return Drawing(width=_WIDTH, height=height, parts=tuple(parts))
 
@@ -63,37 +59,31 @@ def _bar(
     ]  # fmt: skip
 
 
-def curves_panel(channel: Json) -> Panel:
+def curves_panel(channel: ChannelSelection) -> Panel:
     """The measured deviation with its band, and what the first sets of terms make of it."""
-    unit, factor = display_unit(channel["kind"], "adev", channel["unit"])
-    curve = ChannelCurve.from_json(channel["curve"])
+    unit, factor = display_unit(channel.kind, "adev", channel.unit)
+    curve = channel.curve
     measured = measured_curve(curve, "measured", factor, ("z", "circle"))
     lines = []
-    for i, candidate in enumerate(_unlike(channel["candidates"])[:_CURVES]):
+    for i, candidate in enumerate([channel.best, *channel.rivals][:_CURVES]):
         line = model_curve(
             curve,
-            NoiseModel.from_json({"terms": candidate["terms"], "kind": channel["kind"]}),
+            NoiseModel.from_json({"terms": candidate.terms, "kind": channel.kind}),
             factor,
             i,
             colour=_COLOURS[i],
-            label=f"{candidate['words']} ({weight_words(candidate['weight'])})",
+            label=f"{candidate.words} ({weight_words(candidate.weight)})",
         )
         lines.append(replace(line, style=_STYLES[i]))
     low, high = positive_range(measured.y, *(line.y for line in lines), _finite(measured.upper))
     return Panel(
-        title=f"{channel['name']}: Allan deviation, and what the first sets make of it",
+        title=f"{channel.name}: Allan deviation, and what the first sets make of it",
         x=Axis(label="Averaging time [s]", log=True),
         y=Axis(label=f"Allan deviation [{unit}]", log=True, limits=(low / 1.5, 1.5 * high)),
         curves=(measured, *lines),
         height=0.6,
         key="above",
     )
-
-
-def _unlike(candidates: Sequence[Json]) -> list[Json]:
-    """The best set and those that lack one of its terms: one that only adds to it draws the same line."""
-    best: Counter[str] = Counter(candidates[0]["letters"])
-    return [c for i, c in enumerate(candidates) if i == 0 or best - Counter(c["letters"])]
 
 
 def _finite(values: Any) -> Any:

@@ -46,7 +46,6 @@ _PAGES = {
     "allanite-position-plan": "position_plan",
     "allanite-dead-reckoning": "dead_reckoning",
     "allanite-combination": "redundancy",
-    "allanite-selection": "selection",
     "allanite-datasheet": "datasheet",
     "allanite-difference": "difference",
     "allanite-overbound": "datasheet",
@@ -106,8 +105,9 @@ def page_of(result: Any) -> Page:
         return result
     if isinstance(result, (ResultDocument, Study)):
         return view_of(result)
-    if isinstance(result, Result):
-        return view_of(ResultDocument(result=result))
+    held = getattr(result, "result", result)  # what computes may hold more than its document
+    if isinstance(held, Result):
+        return view_of(ResultDocument(result=held))
     document = result if isinstance(result, Mapping) else _document(result)
     name = document.get("format")
     if name in VIEWS:

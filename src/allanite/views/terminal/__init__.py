@@ -19,7 +19,6 @@ from allanite.views.terminal.page import show_document, show_models, show_page
 from allanite.views.terminal.position_plan import show_position_plan
 from allanite.views.terminal.recovery import show_compaction, show_recovery
 from allanite.views.terminal.redundancy import show_combination
-from allanite.views.terminal.selection import show_selection
 from allanite.views.terminal.study import (
     show_curve,
     show_findings,
@@ -57,5 +56,4 @@ __all__ = [
     "show_position_plan",
     "show_recording",
     "show_recovery",
-    "show_selection",
 ]

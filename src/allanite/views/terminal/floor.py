@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from allanite.study.results import ChannelCurve, ChannelFloor
+from allanite.noise.allan.channel_curve import ChannelCurve
+from allanite.study.results import ChannelFloor
 from allanite.views.terminal.console import console, table_of
 from allanite.views.wording import floor_lines
 

@@ -43,6 +43,10 @@ if TYPE_CHECKING:
 __all__ = ["show_blocks", "show_document", "show_models", "show_page"]
 
 
+#: Columns of the bar of a whole.
+_LONGEST = 20
+
+
 def show_document(
     document: Reportable,
     files: Sequence[object] = (),
@@ -125,4 +129,7 @@ def _cell(cell: Cell, *, kept: bool) -> Text:
     from rich.text import Text
 
     interval = f" {cell.below}" if cell.look == "value" and cell.below else ""
+    if cell.share is not None:
+        bar = "█" * round(_LONGEST * cell.share) or "▏"
+        return Text(f"{bar.ljust(_LONGEST)} {cell.text}")
     return Text.assemble((cell.text, TONES.get(cell.look, "bold" if kept else "")), interval)

@@ -10,7 +10,7 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``rates``    Earth rate, filter and plan
 ``north``    directions
 ``redundancy``  combined sensors
-``selection``  sets of terms
+``selection``  weights of sets of terms
 ``rate_table``  the response to a rate table
 ``alignment``  roll, pitch and heading
 ``datasheet``  statements of a data sheet, and bounds above a model
@@ -116,13 +116,7 @@ from allanite.views.wording.redundancy import (
     shared_lines,
     weight_lines,
 )
-from allanite.views.wording.selection import (
-    candidate_lines,
-    chosen_line_lines,
-    selection_facts,
-    term_lines,
-    weight_words,
-)
+from allanite.views.wording.selection import weight_words
 from allanite.views.wording.study import (
     COLUMNS,
     EQUIVALENT,
@@ -181,13 +175,11 @@ __all__ = [
     "calibrated_words",
     "calibration_facts",
     "calibration_name",
-    "candidate_lines",
     "capitalised",
     "cautions",
     "channel_names",
     "check_lines",
     "check_wordings",
-    "chosen_line_lines",
     "coarse_lines",
     "combination_facts",
     "consistency_lines",
@@ -251,7 +243,6 @@ __all__ = [
     "scale_unit",
     "scatter_lines",
     "scheme_lines",
-    "selection_facts",
     "sensor_words",
     "sentence",
     "severity_order",
@@ -265,7 +256,6 @@ __all__ = [
     "standing_words",
     "statement_lines",
     "still_open",
-    "term_lines",
     "tone",
     "turn_lines",
     "turn_words",

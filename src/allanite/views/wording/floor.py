@@ -7,9 +7,10 @@ import math
 
 import numpy as np
 
+from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import number
-from allanite.study.results import ChannelCurve, SensorCurve
+from allanite.study.results import SensorCurve
 
 __all__ = ["floor_lines"]
 

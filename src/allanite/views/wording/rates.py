@@ -62,7 +62,6 @@ _TONES = {
     "consistent": "good",
     "calibrated": "good",
     "sensors agree": "good",
-    "the terms are clear": "good",
     "meets the data sheet": "good",
     "a sensor is at fault": "warning",
     "sensors contradict each other": "fatal",
