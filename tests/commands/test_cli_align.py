@@ -69,10 +69,10 @@ def test_two_positions_leave_a_report(run: Run, logs: Path, tmp_path: Path) -> N
     out, figure = tmp_path / "out", tmp_path / "heading.pdf"
     done = run("align", logs / "two.parquet", "--model", WORDS, *PLACE, "--out", out, "--plot", figure)
     assert done.code == 0, done.err
-    assert done.out.startswith("Resolved: ")
+    assert done.out.startswith("Resolved. ")
     for words in (
-        "heading at the end",
-        "heading at the beginning",
+        "Heading at the end",
+        "Heading at the beginning",
         "by the record",
         "10.04 deg/h",
         "nominal",
@@ -109,7 +109,7 @@ def test_two_positions_leave_a_report(run: Run, logs: Path, tmp_path: Path) -> N
 def test_one_position_says_what_is_missing(run: Run, logs: Path) -> None:
     none = run("align", logs / "still.parquet", "--model", WORDS, *PLACE)
     assert none.code == 0
-    assert none.out.startswith("No north: one attitude")
+    assert none.out.startswith("No north. One attitude")
     assert "Turn the unit by 180 deg" in none.out
     assert "TRIAD" not in none.out  # a heading nobody may take
     document = json.loads(run("align", logs / "still.parquet", "--model", WORDS, *PLACE, "--json").out)
@@ -120,7 +120,9 @@ def test_one_position_says_what_is_missing(run: Run, logs: Path) -> None:
     )
     told = json.loads(known.out)
     assert told["verdict"] == "resolved"
-    assert told["budget"]["gyro bias"] == pytest.approx(2.5 * DEG_H / told["horizontal_rate"], rel=1e-3)
+    assert told["budget"]["gyro bias"] == pytest.approx(
+        2.5 * DEG_H / told["horizontal_length"]["value"], rel=1e-3
+    )
 
 
 def test_a_calibration_is_taken_with_its_covariance(run: Run, logs: Path) -> None:
@@ -143,7 +145,7 @@ def test_a_calibration_is_taken_with_its_covariance(run: Run, logs: Path) -> Non
 def test_a_rotation_is_found_or_said(run: Run, logs: Path, words: tuple[str, ...]) -> None:
     done = run("align", logs / "spin.parquet", "--model", WORDS, *PLACE, *words)
     assert done.code == 0, done.err
-    assert done.out.startswith("Resolved: ")
+    assert done.out.startswith("Resolved. ")
     assert "turning all the time: 2.7 revolutions" in done.out
 
 

@@ -125,6 +125,8 @@ def record_of_means(
     record = replace(means.rows, columns=tuple(columns), rate=1 / length)
     apart = PositionsApart(
         rows=True,
+        count=means.n,
+        headed=means.heading is not None,
         assumed=between if begins is None else None,
         least=length if closer else None,
         sd_ignored=bool(means.sd),

@@ -17,6 +17,7 @@ __all__ = [
     "MODEL",
     "MODEL_CHANNELS",
     "READING",
+    "RESTS",
     "SETUP",
     "STATISTICS",
     "TEMPERATURE",
@@ -150,6 +151,14 @@ MEANS = (
     ),
 )  # fmt: skip
 """A table of means in place of a log."""
+
+RESTS = (
+    option("names", "--gyro", "Gyro channels x, y, z, where the units do not tell.", metavar="NAMES"),
+    option("names", "--accelerometer", "Accelerometer channels x, y, z, where the units do not tell.",
+        metavar="NAMES"),
+    option("file", "--spans", "CSV of the rests: start,stop in seconds.", otherwise="found"),
+)  # fmt: skip
+"""Which channels are the axes of a unit, and where it rested."""
 
 READING: tuple[Option, ...] = (
     option(

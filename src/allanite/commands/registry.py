@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from allanite.commands.align import ALIGN
 from allanite.commands.characterize import CHARACTERIZE
 from allanite.commands.compare import COMPARE
 from allanite.commands.declaration import Command, Place
@@ -35,6 +36,7 @@ COMMANDS: Mapping[str, Command] = {
         ENVIRONMENT,
         EARTH_RATE,
         NORTH,
+        ALIGN,
         RATE_TABLE,
     )
 }

@@ -40,6 +40,11 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
         "RateTableEstimate",
         "allanite.views.rate_table",
     ),
+    "allanite-alignment": (
+        "allanite.experiments.alignment",
+        "AlignmentEstimate",
+        "allanite.views.alignment",
+    ),
     "allanite-north": ("allanite.experiments.north", "NorthEstimate", "allanite.views.north"),
     "allanite-east-west-null": ("allanite.experiments.north", "EastWestNull", "allanite.views.null_test"),
 }

@@ -15,7 +15,6 @@ from allanite.commands.cli import earth
 from allanite.commands.cli import position_plan
 from allanite.commands.cli import dead_reckoning
 from allanite.commands.cli import calibration
-from allanite.commands.cli import alignment
 from allanite.commands.cli import redundancy
 from allanite.commands.cli import datasheet
 from allanite.commands.cli import difference
@@ -33,7 +32,6 @@ __all__ = [
     "ByChannel",
     "Duration",
     "Lags",
-    "alignment",
     "calibration",
     "cli",
     "datasheet",

@@ -15,14 +15,13 @@ from allanite.commands.cli.options import (
     log_options,
     model_channels_option,
     place_of,
-    rest_options,
     with_options,
 )
 from allanite.commands.cli.positions import files_of, for_means, position_option, single_log
 from allanite.commands.cli.program import command
 from allanite.commands.cli.repeated import Listed
 from allanite.commands.cli.results import Destination, result_options
-from allanite.commands.option import BETWEEN, MEANS
+from allanite.commands.option import BETWEEN, MEANS, RESTS
 
 __all__ = ["calibrate"]
 
@@ -74,7 +73,7 @@ class Numbers(Listed):
     metavar="M/S2",
     help="Standard uncertainty of gravity: 0.0003.",
 )
-@rest_options
+@with_options(RESTS)
 @click.option("--without", type=Numbers(), default=(), help="Positions to exclude: 7,12; a turn: 7-8.")
 @click.option(
     "--frame",

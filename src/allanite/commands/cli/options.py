@@ -60,7 +60,6 @@ __all__ = [
     "model_channels_option",
     "place_of",
     "print_json",
-    "rest_options",
     "seed_option",
     "statistic_option",
     "typed",
@@ -404,22 +403,6 @@ def seed_option(default: int) -> Callable[[Callable[..., Any]], Callable[..., An
     return click.option("--seed", type=int, default=default, show_default=True, help=text)
 
 
-def rest_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Which channels are the axes of a unit, and where it rested."""
-    options = [
-        click.option(
-            f"--{sensor}", type=Names(), metavar="NAMES",
-            help=f"{words} channels x, y, z, where the units do not tell.",
-        )
-        for sensor, words in (("gyro", "Gyro"), ("accelerometer", "Accelerometer"))
-    ]  # fmt: skip
-    file = click.Path(exists=True, dir_okay=False)
-    text = "CSV of the rests: start,stop in seconds.  [default: found]"
-    for option in reversed([*options, click.option("--spans", type=file, help=text)]):
-        command = option(command)
-    return command
-
-
 def force_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Files are not replaced without being asked to."""
     return click.option("--force", is_flag=True, help="Overwrite existing files.")(command)
@@ -493,7 +476,7 @@ def click_option(declared: Option) -> Callable[[Callable[..., Any]], Callable[..
     if declared.required:
         more["required"] = True
     if declared.type == "flag":
-        more["is_flag"] = True
+        more |= {"is_flag": True, "default": None} if "/" in declared.flag else {"is_flag": True}
     else:
         more["type"] = PerLog(kind) if declared.per_log else kind
     text = declared.help.removesuffix(".") + " (repeatable)." if "multiple" in more else declared.help

@@ -18,7 +18,8 @@ One stand cannot tell e from a bias. Turning about the vertical can.
 ``solution``     e and everything that is known beforehand, in one least squares.
 ``rotation``     a unit that turns all the time: ``spin`` reads it, ``modulation`` is what turning modulates.
 ``directions``   from e to headings, their arcs and their budget, at the end and as the record grows.
-``questions``    checks of the residuals; ``verdict`` what may be said.
+``questions``    checks of the residuals; ``judgement`` what may be said.
+``verdict``, ``checks``, ``words``  codes, questions, sentences.
 ``coarse``       TRIAD, QUEST, and the plain mean of the beginning.
 ``prediction``   predict_alignment: the standard deviations of a plan, without a sample.
 ``estimation``   align.

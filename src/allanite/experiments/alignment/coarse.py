@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.experiments.alignment.results import CoarseAlignment, NaiveMean
+from allanite.experiments.alignment.results import MOVED, CoarseAlignment, NaiveMean
 from allanite.experiments.alignment.turns import Force, calibrated
 from allanite.experiments.north.circle import Arc
 from allanite.quantities.attitude import angles_of, axes_matrix, quest, triad
@@ -94,20 +94,14 @@ def naive_of(
     rest = int(np.diff(np.clip(spans, 0, stop), axis=1).sum())
     moving = (stop - rest) / recording.rate
     away = abs(math.remainder(alignments[0].heading - heading, 2 * math.pi))
-    reasons = []
-    if moving > 1.0:
-        reasons.append(f"the unit was not at rest for {moving:.0f} of these {stop / recording.rate:.0f} s")
-    if not math.isnan(heading) and not interval.full and not interval.contains(alignments[0].heading):
-        reasons.append(
-            f"its heading of {math.degrees(alignments[0].heading):.1f} deg is {math.degrees(away):.1f} deg from what "
-            "the stretches at rest say, outside of their interval"
-        )
+    if math.isnan(heading) or interval.full or interval.contains(alignments[0].heading):
+        away = math.nan
     return NaiveMean(
         duration=stop / recording.rate,
         heading=alignments[0].heading,
         rate=float(np.linalg.norm(rate)),
         latitude=math.asin(min(max(float(rate @ force) / size, -1.0), 1.0)),
         moving=moving,
-        flagged=bool(reasons),
-        says="; ".join(reasons),
+        away=away,
+        flagged=moving > MOVED or not math.isnan(away),
     )

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.alignment.case import Case
-from allanite.experiments.alignment.results import LevelledAttitude, RunningHeading
+from allanite.experiments.alignment.results import LevelledAttitude, RunningHeading, largest_sd
 from allanite.experiments.alignment.solution import RANK, AlignmentSolution
 from allanite.experiments.north.circle import CIRCLE, Arc, direction_set, half_width, length_interval, wrapped
 
@@ -24,7 +24,6 @@ __all__ = [
     "answers_of",
     "direction_of",
     "excludes",
-    "largest_sd",
     "length_of",
     "packed",
     "running_of",
@@ -177,11 +176,6 @@ def _lean(solution: AlignmentSolution, stand: int) -> float:
     """
     gradient = solution.gradient(lambda p: solution.geometry.chain(p).down[stand])
     return largest_sd(gradient @ solution.inverse @ gradient.T)
-
-
-def largest_sd(covariance: Array) -> float:
-    """Standard deviation along the worst direction."""
-    return math.sqrt(max(float(np.linalg.eigvalsh(covariance)[-1]), 0.0))
 
 
 def _budget(solution: AlignmentSolution, turned: Array, inflation: float, stated: float) -> dict[str, float]:

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import DataQualityError, InputError
 from allanite.experiments.alignment.case import TURNED, Case
+from allanite.experiments.alignment.checks import AlignmentCheck
 from allanite.experiments.alignment.coarse import coarse_of, naive_of
 from allanite.experiments.alignment.directions import (
     Direction,
@@ -24,6 +25,7 @@ from allanite.experiments.alignment.directions import (
 )
 from allanite.experiments.alignment.frame import AlignmentSetting, UnitFrame, frame_of, unit_of
 from allanite.experiments.alignment.geometry import angles_of_down
+from allanite.experiments.alignment.judgement import CERTAIN, SMALL_BIAS, judge
 from allanite.experiments.alignment.known import Sensors, bias_sds, knowledge_of, uncertain
 from allanite.experiments.alignment.questions import (
     gravity_of_stands,
@@ -31,16 +33,23 @@ from allanite.experiments.alignment.questions import (
     scatter_of_stands,
     tilt_of_turns,
 )
-from allanite.experiments.alignment.results import AlignmentEstimate, Bias, Mode, Stand, fixed
+from allanite.experiments.alignment.results import (
+    UNSEEN_LATITUDE,
+    AlignmentEstimate,
+    Bias,
+    Mode,
+    Stand,
+    fixed,
+)
 from allanite.experiments.alignment.solution import AlignmentSolution, Knowledge, solve
 from allanite.experiments.alignment.turns import calibrated
-from allanite.experiments.alignment.verdict import CERTAIN, SMALL_BIAS, Outlook, judge
 from allanite.experiments.north.circle import half_width, seen_from
 from allanite.experiments.static_spans import StaticSpans
 from allanite.noise import NoiseModel
 from allanite.quantities.distributions import student_quantile
 from allanite.quantities.earth import EARTH_RATE, checked_latitude, normal_gravity
-from allanite.quantities.residual_tests import ResidualTest, grave, inflation_of
+from allanite.quantities.quantity import Quantity
+from allanite.quantities.residual_tests import grave, inflation_of
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.recording.records import BLOCK, Kind, Recording
@@ -141,7 +150,7 @@ def align(
     seen_from(confidence)  # refuses a confidence that makes no sense
     advance = progress or (lambda fraction, what: None)
     stated = stated or SetupUncertainty()
-    unit, remarks = unit_of(recording, calibration, gyro, accelerometer)
+    unit, other_channels = unit_of(recording, calibration, gyro, accelerometer)
     frame = frame_of(recording, unit, model, axes, latitude)
     setting = AlignmentSetting(
         frame=frame,
@@ -149,7 +158,7 @@ def align(
         stated=stated,
         height=height,
         confidence=confidence,
-        remarks=remarks,
+        other_channels=other_channels,
     )
     advance(0.0, "looking for rest")
     rest_spans, why = _spans(recording, spans, frame)
@@ -276,30 +285,26 @@ def _aligned(recording: Recording, case: Case, setting: AlignmentSetting, times:
         inflation=inflation,
         horizontal=fixed(direction.vector),
         horizontal_covariance=fixed(direction.covariance),
-        horizontal_rate=direction.length,
-        horizontal_interval=length_of(direction, _reference(setting), confidence),
+        horizontal_length=Quantity.of(
+            direction.length, length_of(direction, _reference(setting), confidence), "rad/s"
+        ),
         expected_rate=EARTH_RATE * math.cos(setting.frame.latitude),
         signal_to_noise=direction.signal_to_noise,
         running=running_of(case, solution, last, times, confidence, inflation, setting.stated.heading),
         biases=_biases(case, solution, fit.sensors),
         budget=last.budget,
+        apparent_rate=float(np.linalg.norm(_true_rate(case, solution, 0, bias=False))),
+        apparent_bias=fit.bias,
         checks=fit.checks,
+        lost=case.lost,
+        other_channels=setting.other_channels,
         stands=_stands(case, solution, case.extents()),
         spans=tuple((float(a), float(b)) for a, b in case.spans / recording.rate),
         **_latitude(case, setting, fit.sensors, solution, inflation),
         **_facts(recording, case, setting),
     )
     bare = _beside(bare, recording, case, solution, setting)
-    outlook = Outlook(
-        one_attitude=one,
-        apparent=float(np.linalg.norm(_true_rate(case, solution, 0, bias=False))),
-        excluded=fit.excluded,
-        bias=fit.bias,
-        assumed=fit.assumed,
-        lost=case.lost,
-        remarks=setting.remarks,
-    )
-    return judge(bare, outlook)
+    return judge(bare, excluded=fit.excluded, assumed=fit.assumed)
 
 
 def _mode(one: bool) -> Mode:
@@ -328,7 +333,7 @@ class _FittedAlignment:
         First stand and last.
     last_direction : Direction
         At the last, by what was said of the biases even where that is refuted.
-    checks : tuple of ResidualTest
+    checks : tuple of AlignmentCheck
     inflation : float
     excluded : bool
         The horizontal rate is not that of the Earth, at `CERTAIN`.
@@ -342,7 +347,7 @@ class _FittedAlignment:
     sensors: Sensors
     ends: tuple[StandAnswer, StandAnswer]
     last_direction: Direction
-    checks: tuple[ResidualTest, ...]
+    checks: tuple[AlignmentCheck, ...]
     inflation: float
     excluded: bool
     bias: float = math.nan
@@ -440,18 +445,11 @@ def _latitude(
     gradient = solution.gradient(angle)
     variance = float(solution.covariance(gradient)[0, 0])
     if not math.isfinite(variance):
-        return {
-            "latitude_found": math.nan,
-            "latitude_sd": math.inf,
-            "latitude_interval": (-math.pi / 2, math.pi / 2),
-        }
+        return {"measured_latitude": UNSEEN_LATITUDE, "latitude_sd": math.inf}
     latitude, sd = float(angle(solution.parameters)[0]), inflation * math.sqrt(variance)
     half = half_width(setting.confidence) * sd
-    return {
-        "latitude_found": latitude,
-        "latitude_sd": sd,
-        "latitude_interval": (max(latitude - half, -math.pi / 2), min(latitude + half, math.pi / 2)),
-    }
+    ends = max(latitude - half, -math.pi / 2), min(latitude + half, math.pi / 2)
+    return {"measured_latitude": Quantity.of(latitude, ends, "rad"), "latitude_sd": sd}
 
 
 def _true_rate(case: Case, solution: AlignmentSolution, stand: int, *, bias: bool = True) -> Array:

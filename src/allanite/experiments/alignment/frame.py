@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from allanite.errors import InputError
 from allanite.experiments.alignment.known import Sensors
+from allanite.experiments.alignment.results import OtherChannels
 from allanite.experiments.static_spans import UnitAxes, unit_axes
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
@@ -66,8 +67,8 @@ class AlignmentSetting:
     stated : SetupUncertainty
     height : float [m]
     confidence : float
-    remarks : tuple of str
-        What a reader must know of it, in sentences.
+    other_channels : tuple of OtherChannels
+        Triads whose channels are not those of the calibration.
     """
 
     frame: UnitFrame
@@ -75,7 +76,7 @@ class AlignmentSetting:
     stated: SetupUncertainty
     height: float
     confidence: float
-    remarks: tuple[str, ...] = ()
+    other_channels: tuple[OtherChannels, ...] = ()
 
 
 def unit_of(
@@ -83,14 +84,14 @@ def unit_of(
     calibration: Calibration | None = None,
     gyro: Sequence[str] | None = None,
     accelerometer: Sequence[str] | None = None,
-) -> tuple[UnitAxes, tuple[str, ...]]:
+) -> tuple[UnitAxes, tuple[OtherChannels, ...]]:
     """Channels of both triads: as they are named, else those of the calibration, else by their kinds.
 
     Returns
     -------
     UnitAxes
-    tuple of str
-        What a reader must know: channels that are not those of the calibration.
+    tuple of OtherChannels
+        Triads whose channels are not those of the calibration.
 
     Raises
     ------
@@ -110,8 +111,7 @@ def unit_of(
         )
     _refuse_other_units(recording, unit, calibration)
     return unit, tuple(
-        f"the calibration is of {', '.join(named[s])}, not of the channels that were taken: "
-        f"it stands for {', '.join(names)}, in this order"
+        OtherChannels(calibrated=tuple(named[s]), taken=tuple(names))
         for s, names in unit.triads.items()
         if named.get(s) and tuple(named[s]) != names
     )

@@ -31,15 +31,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
+from allanite.experiments.alignment.checks import AlignmentCheck
 from allanite.experiments.alignment.directions import (
     Direction,
     direction_of,
     excludes,
-    largest_sd,
     length_of,
     packed,
 )
 from allanite.experiments.alignment.frame import AlignmentSetting
+from allanite.experiments.alignment.judgement import CERTAIN, judge
 from allanite.experiments.alignment.modulation import (
     DESIGN,
     ModulationFit,
@@ -50,13 +51,21 @@ from allanite.experiments.alignment.modulation import (
     fit_of_record,
     joined,
 )
-from allanite.experiments.alignment.results import AlignmentEstimate, LevelledAttitude, RunningHeading, fixed
+from allanite.experiments.alignment.results import (
+    UNSEEN_LATITUDE,
+    AlignmentEstimate,
+    LevelledAttitude,
+    RunningHeading,
+    fixed,
+    largest_sd,
+)
 from allanite.experiments.alignment.spin import Spin, spin_of
-from allanite.experiments.alignment.verdict import CERTAIN, Outlook, judge
+from allanite.experiments.alignment.verdict import AlignmentCheckKind
 from allanite.noise import NoiseModel
 from allanite.quantities.attitude import axes_matrix
 from allanite.quantities.earth import EARTH_RATE, normal_gravity
-from allanite.quantities.residual_tests import ResidualTest, alarm, inflation_of, scatter_check, size_check
+from allanite.quantities.quantity import Quantity
+from allanite.quantities.residual_tests import alarm, inflation_of, scatter_check, size_check
 from allanite.recording.calibration import GYRO
 from allanite.recording.records import Recording
 
@@ -68,10 +77,6 @@ Array = NDArray[np.float64]
 STEEPEST = math.radians(75.0)
 #: Rotation rates that vary by more than this part are a column of their own.
 VARIES = 1e-3
-_DRIFT = (
-    "the Earth's rotation seems to grow through the record: the axis of rotation moved against the ground"
-)
-_SCATTER = "scale factors that differ, misalignment, or an error that follows the rotation"
 
 
 def align_rotating(
@@ -109,18 +114,19 @@ def align_rotating(
         inflation=inflation,
         horizontal=fixed(direction.vector),
         horizontal_covariance=fixed(direction.covariance),
-        horizontal_rate=direction.length,
-        horizontal_interval=length_of(direction, reference, setting.confidence),
+        horizontal_length=Quantity.of(
+            direction.length, length_of(direction, reference, setting.confidence), "rad/s"
+        ),
         expected_rate=EARTH_RATE * math.cos(setting.frame.latitude),
         signal_to_noise=direction.signal_to_noise,
-        latitude_found=math.nan,
+        measured_latitude=UNSEEN_LATITUDE,
         latitude_sd=math.inf,
-        latitude_interval=(-math.pi / 2, math.pi / 2),
         gravity=outcome.gravity(x),
         expected_gravity=normal_gravity(setting.frame.latitude, setting.height),
         running=whole.running(direction, setting, checkpoints),
         budget=budget,
         checks=whole.checks,
+        other_channels=setting.other_channels,
         revolutions=spin.revolutions,
         tilt=tilt,
         spans=(spin.span,),
@@ -135,9 +141,7 @@ def align_rotating(
         source=recording.source,
     )
     wrong = excludes(direction, reference, estimate.expected_rate, CERTAIN)
-    return judge(
-        estimate, Outlook(one_attitude=False, apparent=math.nan, excluded=wrong, remarks=setting.remarks)
-    )
+    return judge(estimate, excluded=wrong)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -151,14 +155,14 @@ class Rotating:
         Gyros along p and q.
     outcome : Outcome
     errors : Errors
-    checks : tuple of ResidualTest
+    checks : tuple of AlignmentCheck
     """
 
     spin: Spin = field(repr=False)
     fits: list[ModulationFit] = field(repr=False)
     outcome: Outcome = field(repr=False)
     errors: Errors = field(repr=False)
-    checks: tuple[ResidualTest, ...]
+    checks: tuple[AlignmentCheck, ...]
 
     @classmethod
     def of(cls, spin: Spin, setting: AlignmentSetting) -> Rotating:
@@ -391,17 +395,19 @@ class Errors:
 
 def _checks(
     fits: list[ModulationFit], misfit: float, outcome: Outcome, errors: Errors
-) -> tuple[ResidualTest, ...]:
+) -> tuple[AlignmentCheck, ...]:
     checks = []
     dof = sum(f.dof for f in fits)
     if dof > 0:
-        checks.append(size_check(sum(f.chi2 for f in fits), int(dof)))
-    checks.append(scatter_check("two directions across the axis", misfit, 4, _SCATTER))
+        size = size_check(sum(f.chi2 for f in fits), int(dof))
+        checks.append(AlignmentCheck.of(AlignmentCheckKind.SIZE, size))
+    checks.append(AlignmentCheck.of(AlignmentCheckKind.ACROSS, scatter_check("directions", misfit, 4)))
     gradient = errors.gradient(lambda x: np.array([outcome.vectors(x)[3]]))
     growth = outcome.vectors(errors.split(errors.mean))[3]
     variance = float((gradient @ errors.covariance @ gradient.T)[0, 0])
     if variance > 0:
-        checks.append(alarm("constancy of the Earth's rotation", growth**2 / variance, 1, _DRIFT))
+        test = alarm("constancy", growth**2 / variance, 1)
+        checks.append(AlignmentCheck.of(AlignmentCheckKind.CONSTANCY, test))
     return tuple(checks)
 
 

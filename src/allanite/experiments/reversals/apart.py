@@ -14,6 +14,7 @@ __all__ = ["PositionsApart", "apart_of_sentences"]
 
 _TOLD = re.compile(r"the time between the (?:positions is that of the (table)|files is that of their stamps)")
 _ASSUMED = re.compile(r"the (?:files|(rows)) do not say when they were \w+: (\S+) s are assumed between them")
+_SD_IGNORED = "standard deviations in the table are not used"
 _LEAST = re.compile(r"slow noise is allowed (\S+) s between rows at least")
 
 
@@ -25,6 +26,10 @@ class PositionsApart(Result):
     ----------
     rows : bool
         Rows of means in a table; else files.
+    count : int
+        How many there are.
+    headed : bool
+        The heading of each is known.
     assumed : float or None [s]
         Time from one to the next where they do not tell it; None where they do.
     least : float or None [s]
@@ -34,6 +39,8 @@ class PositionsApart(Result):
     """
 
     rows: bool = False
+    count: int = 2
+    headed: bool = True
     assumed: float | None = None
     least: float | None = None
     sd_ignored: bool = False
@@ -55,21 +62,24 @@ class PositionsApart(Result):
             time = f"the {what} do not say when they were {when}: {between}"
         if self.least is not None:
             time += f"; slow noise is allowed {self.least:g} s between rows at least, as long as a mean"
-        yield time
+        if self.count > 1:
+            yield time
         if self.sd_ignored:
-            yield "the noise is that of the model: standard deviations in the table are not used"
+            yield f"the noise is that of the model: {_SD_IGNORED}"
 
 
 def apart_of_sentences(advice: Sequence[str]) -> dict[str, object] | None:
     """The same, as plain data, of what a document of version 1 says; None where it says nothing of the kind."""
     known, assumed = (first_match(pattern, advice) for pattern in (_TOLD, _ASSUMED))
-    time = assumed or known
-    if time is None:
+    time, sd_ignored = assumed or known, any(_SD_IGNORED in words for words in advice)
+    if time is None and not sd_ignored:
         return None
     least = first_match(_LEAST, advice)
     return {
-        "rows": bool(time[1]),
+        "rows": time is None or bool(time[1]),
+        "count": 1 if time is None else 2,
+        "headed": not any("nothing says by how much the unit was turned" in words for words in advice),
         "assumed": None if assumed is None else float(assumed[2]),
         "least": None if least is None else float(least[1]),
-        "sd_ignored": any("standard deviations in the table are not used" in words for words in advice),
+        "sd_ignored": sd_ignored,
     }

@@ -171,7 +171,7 @@ def _pauses(recordings: Sequence[Recording], between: float) -> tuple[list[float
     """Time from each file to the next [s], by their stamps where all have them."""
     starts = [r.start for r in recordings]
     if any(start is None for start in starts):
-        return [between] * (len(recordings) - 1), PositionsApart(assumed=between)
+        return [between] * (len(recordings) - 1), PositionsApart(count=len(recordings), assumed=between)
     pauses = [
         ((later.start or 0) - (early.start or 0)) * 1e-9 - early.duration
         for early, later in zip(recordings, recordings[1:], strict=False)
@@ -182,4 +182,4 @@ def _pauses(recordings: Sequence[Recording], between: float) -> tuple[list[float
                 f"{later.source} begins {pause:.6g} s after the end of {early.source}: give the files in the order in "
                 "which they were recorded, within a day"
             )
-    return [max(p, recordings[0].dt) for p in pauses], PositionsApart()
+    return [max(p, recordings[0].dt) for p in pauses], PositionsApart(count=len(recordings))

@@ -342,14 +342,15 @@ def _calibration(estimate: Any, *, view: str = "whole") -> Sheet:
 
 
 def _alignment(result: Any, *, view: str = "whole") -> Sheet:
+    from allanite.experiments.alignment import AlignmentEstimate
     from allanite.views.figures import alignment
 
     _known_view(view, alignment.VIEWS, "an alignment")
-    document = result if isinstance(result, Mapping) else result.to_json()
+    shown: AlignmentEstimate = AlignmentEstimate.from_json(result) if isinstance(result, Mapping) else result
     parts: Parts = {
-        "compass": lambda: [alignment.compass_panel(document)],
-        "convergence": lambda: alignment.convergence_panels(document),
-        "residuals": lambda: alignment.residual_panels(document),
+        "compass": lambda: [alignment.compass_panel(shown)],
+        "convergence": lambda: alignment.convergence_panels(shown),
+        "residuals": lambda: alignment.residual_panels(shown),
     }
     return _in_view(parts, view, f"this alignment has no figure {view!r}")
 

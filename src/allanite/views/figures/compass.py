@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from allanite.quantities.quantity import Quantity
 
 __all__ = [
+    "CENTRE",
+    "RADIUS",
     "VIEWS",
     "beside_card",
     "card",
@@ -46,8 +48,8 @@ __all__ = [
 _Parts = list[DrawnShape | Words]
 
 VIEWS = ("whole", "compass", "running")
-_CENTRE: Point = (22.0, 21.0)
-_RADIUS = 15.0
+CENTRE: Point = (22.0, 21.0)
+RADIUS = 15.0
 _WORDS = 47.0  # where the words begin
 _SETTLED = 0.2  # part of the record after which the bands must lie inside the frame
 
@@ -71,15 +73,15 @@ def compass(north: NorthEstimate) -> Drawing:
 
 def card() -> _Parts:
     """The card: a circle with its marks."""
-    parts: _Parts = [circle(_CENTRE, _RADIUS, fill="gap", opacity=0.1, colour="guide", name="card")]
+    parts: _Parts = [circle(CENTRE, RADIUS, fill="gap", opacity=0.1, colour="guide", name="card")]
     for degrees in range(0, 360, 10):
         long = 1.6 if degrees % 90 == 0 else 1.0 if degrees % 30 == 0 else 0.5
-        parts.append(line(point_on(degrees, _RADIUS - long), point_on(degrees, _RADIUS), colour="guide"))
+        parts.append(line(point_on(degrees, RADIUS - long), point_on(degrees, RADIUS), colour="guide"))
     for degrees, name in ((0, "N"), (90, "E"), (180, "S"), (270, "W")):
-        x, y = point_on(degrees, _RADIUS + 2.4)
+        x, y = point_on(degrees, RADIUS + 2.4)
         parts.append(Words(x=x, y=y, text=name, bold=True, size=1.1))
     for degrees in (30, 60, 120, 150, 210, 240, 300, 330):
-        x, y = point_on(degrees, _RADIUS + 2.4)
+        x, y = point_on(degrees, RADIUS + 2.4)
         parts.append(Words(x=x, y=y, text=f"{degrees}", colour="guide", size=0.85))
     return parts
 
@@ -97,8 +99,8 @@ def sector(allowed: Arc) -> _Parts:
     start = _turned(allowed.start)
     stop = start - allowed.width
     return [
-        wedge(_CENTRE, _RADIUS, start, stop, fill="z", opacity=0.22, name="arc"),
-        line(*arc(_CENTRE, _RADIUS, start, stop), colour="z", width=3.0, name="rim"),
+        wedge(CENTRE, RADIUS, start, stop, fill="z", opacity=0.22, name="arc"),
+        line(*arc(CENTRE, RADIUS, start, stop), colour="z", width=3.0, name="rim"),
     ]
 
 
@@ -109,7 +111,7 @@ def _needles(north: NorthEstimate) -> _Parts:
     if not math.isnan(north.azimuth):
         return needle(north.azimuth, "mark", sure=north.found)
     return [
-        line(_CENTRE, point_on(math.degrees(azimuth), _RADIUS - 0.4), dashed=True, name="candidate")
+        line(CENTRE, point_on(math.degrees(azimuth), RADIUS - 0.4), dashed=True, name="candidate")
         for azimuth in north.candidates
     ]
 
@@ -117,9 +119,9 @@ def _needles(north: NorthEstimate) -> _Parts:
 def needle(direction: float, name: str = "", *, sure: bool = False) -> _Parts:
     """An arrow from the centre, in ink where it is a result; the centre alone where there is no direction."""
     colour = "ink" if sure else "guide"
-    tip = point_on(math.degrees(direction), _RADIUS - 0.4)
-    hand = [] if math.isnan(direction) else arrow(_CENTRE, tip, colour=colour, width=1.8, name=name)
-    return [*hand, circle(_CENTRE, 0.8, fill=colour, colour=None)]
+    tip = point_on(math.degrees(direction), RADIUS - 0.4)
+    hand = [] if math.isnan(direction) else arrow(CENTRE, tip, colour=colour, width=1.8, name=name)
+    return [*hand, circle(CENTRE, 0.8, fill=colour, colour=None)]
 
 
 def _said(north: NorthEstimate) -> _Parts:
@@ -201,7 +203,7 @@ def _turned(azimuth: float) -> float:
 def point_on(degrees: float, radius: float) -> Point:
     """Where a direction from north over east lies on the sheet, so far from the centre."""
     angle = _turned(math.radians(degrees))
-    return _CENTRE[0] + radius * math.cos(angle), _CENTRE[1] + radius * math.sin(angle)
+    return CENTRE[0] + radius * math.cos(angle), CENTRE[1] + radius * math.sin(angle)
 
 
 # -- as the record grows ----------------------------------------------------------------------------------

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Results as text in a terminal: findings and tables on stdout, a progress bar on stderr."""
 
-from allanite.views.terminal.alignment import show_alignment
 from allanite.views.terminal.calibration import show_calibration
 from allanite.views.terminal.capture import journal, show_captured
 from allanite.views.terminal.console import listen, progress
@@ -34,7 +33,6 @@ __all__ = [
     "monitoring",
     "progress",
     "show_aided",
-    "show_alignment",
     "show_bounds",
     "show_calibration",
     "show_captured",

@@ -12,7 +12,6 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``redundancy``  combined sensors
 ``selection``  weights of sets of terms
 ``rate_table``  the response to a rate table
-``alignment``  roll, pitch and heading
 ``datasheet``  statements of a data sheet, and bounds above a model
 ``difference``  two noise models side by side
 ``dead_reckoning``  errors of a navigator over time
@@ -20,20 +19,6 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 """
 
 from allanite.quantities.number_words import duration, interval, number, probability, with_sd
-from allanite.views.wording.alignment import (
-    AngleLine,
-    alignment_budget,
-    attitude_lines,
-    axes_words,
-    bias_words,
-    coarse_lines,
-    direction_words,
-    horizontal_line,
-    latitude_line,
-    naive_words,
-    stand_words,
-    standing_words,
-)
 from allanite.views.wording.calibration import (
     calibrated_words,
     calibration_facts,
@@ -63,14 +48,13 @@ from allanite.views.wording.findings import (
     finding_kinds,
     finding_line,
     findings_headline,
-    findings_in,
     movement,
     said_of,
     severity_order,
     worst,
 )
 from allanite.views.wording.floor import floor_lines
-from allanite.views.wording.north import arcs_words, degrees_of
+from allanite.views.wording.north import arcs_words, degrees_of, direction_words
 from allanite.views.wording.position_plan import (
     parameter_unit,
     plan_facts,
@@ -152,7 +136,6 @@ __all__ = [
     "EQUIVALENT",
     "GUARANTEE",
     "PPM",
-    "AngleLine",
     "ChannelGroup",
     "CheckWording",
     "CoefficientWording",
@@ -160,13 +143,9 @@ __all__ = [
     "KeyNumber",
     "PlanTable",
     "aided_lines",
-    "alignment_budget",
     "angle",
     "arcs_words",
-    "attitude_lines",
-    "axes_words",
     "axis_facts",
-    "bias_words",
     "bound_lines",
     "bound_words",
     "budget_facts",
@@ -180,7 +159,6 @@ __all__ = [
     "channel_names",
     "check_lines",
     "check_wordings",
-    "coarse_lines",
     "combination_facts",
     "consistency_lines",
     "contradictions",
@@ -198,7 +176,6 @@ __all__ = [
     "finding_kinds",
     "finding_line",
     "findings_headline",
-    "findings_in",
     "floor_lines",
     "function_of_latitude",
     "gain_lines",
@@ -207,19 +184,16 @@ __all__ = [
     "growth_rows",
     "headings",
     "headline",
-    "horizontal_line",
     "inflation_words",
     "interval",
     "is_poor",
     "key_numbers",
     "known_rate",
     "largest_sources",
-    "latitude_line",
     "limit_words",
     "missing_lines",
     "model_words",
     "movement",
-    "naive_words",
     "number",
     "output_unit",
     "pair_lines",
@@ -252,8 +226,6 @@ __all__ = [
     "signed",
     "slope_reading",
     "source_rows",
-    "stand_words",
-    "standing_words",
     "statement_lines",
     "still_open",
     "tone",

@@ -4,8 +4,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 from allanite.plain_files.counted import listed, plural
 from allanite.recording.health import Finding, Severity
@@ -15,7 +14,6 @@ __all__ = [
     "finding_kinds",
     "finding_line",
     "findings_headline",
-    "findings_in",
     "movement",
     "own_words",
     "said_of",
@@ -34,11 +32,6 @@ def severity_order(finding: Finding) -> int:
     if finding.code in MOVES:  # above everything: nothing else means what it says
         return -1
     return 2 * _ORDER.index(finding.severity) + finding.accepted
-
-
-def findings_in(document: Mapping[str, Any]) -> list[Finding]:
-    """What a document holds of them."""
-    return [Finding.from_json(f) for f in document.get("findings", ())]
 
 
 def finding_kinds(findings: Iterable[Finding]) -> list[list[Finding]]:

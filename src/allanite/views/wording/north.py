@@ -6,10 +6,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
+from allanite.experiments.alignment import LevelledAttitude
 from allanite.experiments.north import Arc
 from allanite.views.wording.rates import DEG
 
-__all__ = ["arcs_words", "degrees_of"]
+__all__ = ["arcs_words", "degrees_of", "direction_words"]
 
 
 def degrees_of(direction: float, width: float) -> str:
@@ -33,3 +34,8 @@ def arcs_words(arcs: Iterable[Arc]) -> str:
         return "the whole circle"
     ends = (f"{degrees_of(arc.start, arc.width)} to {degrees_of(arc.stop, arc.width)}" for arc in parts)
     return " and ".join(ends) or "no direction at all"
+
+
+def direction_words(attitude: LevelledAttitude) -> str:
+    """A heading with the digits of its interval; a dash where there is none."""
+    return "–" if math.isnan(attitude.heading) else degrees_of(attitude.heading, attitude.interval.width)

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Questions put to the residuals of an alignment, and what a failed one means."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from allanite.experiments.alignment.verdict import AlignmentCheckKind
+from allanite.quantities.residual_tests import CheckResult, scatter_words, size_words
+from allanite.quantities.units import STANDARD_GRAVITY
+
+__all__ = ["AlignmentCheck"]
+
+_NAMES = {
+    AlignmentCheckKind.SIZE: "size of the noise",
+    AlignmentCheckKind.ACROSS: "scatter of the two directions across the axis",
+    AlignmentCheckKind.CONSTANCY: "constancy of the Earth's rotation",
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AlignmentCheck(CheckResult):
+    """One question put to the residuals.
+
+    Attributes
+    ----------
+    kind : AlignmentCheckKind
+        "size" of the noise, "scatter of the stands", "vertical rate", "gravity", "turns against gravity"; of a rotation
+        "scatter across the axis", "constancy" of the Earth's rotation.
+    value : float [m/s^2] or [rad]
+        Of gravity how far the accelerometers are off it; of the turns how far gravity is from where they lead; NaN of
+        the others.
+    """
+
+    kind: AlignmentCheckKind
+    value: float = math.nan
+
+    @property
+    def name(self) -> str:
+        """What was asked."""
+        return _NAMES.get(self.kind, self.kind)
+
+    @property
+    def says(self) -> str:
+        """What it means and what to do, when it did not pass."""
+        match self.kind:
+            case AlignmentCheckKind.SIZE:
+                return size_words(self.ratio)
+            case AlignmentCheckKind.STANDS:
+                causes = "leveling, turns, a bias that depends on attitude, misalignment, rest that was none"
+                return scatter_words("stands", self.ratio, f"an error changes from stand to stand ({causes})")
+            case AlignmentCheckKind.VERTICAL:
+                return (
+                    "the vertical part of what the gyros show is not that of the Earth at this latitude: the biases "
+                    "are larger than was said, or scale factor, latitude or leveling are wrong"
+                )
+            case AlignmentCheckKind.GRAVITY:
+                return (
+                    f"the calibrated accelerometers are off gravity by {1e3 * self.value / STANDARD_GRAVITY:.3g} mg: "
+                    "the calibration is not that of this sensor, or its biases have changed (state "
+                    "bias_repeatability, --accelerometer-bias), or latitude or height are wrong"
+                )
+            case AlignmentCheckKind.TURNS:
+                return (
+                    f"after the turns gravity is {math.degrees(self.value):.2g} deg from where the gyros say: scale "
+                    "factor, misalignment, or rest that was none; the azimuth of each turn is taken to be as uncertain"
+                )
+            case AlignmentCheckKind.ACROSS:
+                causes = "scale factors that differ, misalignment, or an error that follows the rotation"
+                return scatter_words("two directions across the axis", self.ratio, causes)
+            case AlignmentCheckKind.CONSTANCY:
+                return (
+                    "the Earth's rotation seems to grow through the record: the axis of rotation moved against the "
+                    "ground"
+                )
