@@ -61,6 +61,7 @@ ALIGN = Command(
         *(Conflict(one="means", others=(name,), says=f"--{name} is for logs: leave it out with --means")
           for name in ("positions", "spans")),
     ),
+    on_page=False,
     work="allanite.commands.alignment:alignment_of",
     tables={"stands.csv": "allanite.views.alignment:rows"},
     document="alignment",

@@ -66,6 +66,8 @@ class Command:
         How such logs with their headings are written: "north.csv=0 east.csv=90".
     headings_needed : bool
         Each of them needs one.
+    on_page : bool
+        The page offers it: it needs no file but logs, models and lists.
     judged_here : collection of str
         Codes of findings that the measurement comes to itself.
     summarized : bool
@@ -91,6 +93,7 @@ class Command:
     positions: str = ""
     headed: str = ""
     headings_needed: bool = False
+    on_page: bool = True
     judged_here: Collection[str] = ()
     summarized: bool = False
 

@@ -54,6 +54,7 @@ RATE_TABLE = Command(
         CONFIDENCE,
         ACCEPT,
     ),
+    on_page=False,
     work="allanite.commands.rate_table:rate_table_of",
     tables={"steps.csv": "allanite.views.rate_table:rows"},
 )  # fmt: skip

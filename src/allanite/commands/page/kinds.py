@@ -201,8 +201,7 @@ KINDS: Mapping[str, JobKind] = {
         out="--output",
         results=("models.json",),
     ),
-    **{name: _declared(command) for name, command in COMMANDS.items()},
-    "north": _declared(COMMANDS["north"]),
+    **{name: _declared(command) for name, command in COMMANDS.items() if command.on_page},
     "plan": JobKind(
         title="Plan",
         command="plan",
