@@ -119,9 +119,14 @@
       const middle = blanks.reduce((a, b) => (Math.abs(b - text.length / 2) < Math.abs(a - text.length / 2) ? b : a));
       if (key[0] === "y") axis.automargin = true;
       axis.title = { ...axis.title, text: `${text.slice(0, middle)}<br>${text.slice(middle + 1)}` };
-      layout.margin = { ...layout.margin, ...(key[0] === "y" ? { l: 84 } : { b: 70 }) };
+      if (key[0] === "x") below(layout, 16);
     }
     return layout;
+  }
+
+  function below(layout, more) {
+    layout.margin = { ...layout.margin, b: layout.margin.b + more };
+    layout.height += more;
   }
 
   function named(layout, axis, room) {
@@ -129,7 +134,7 @@
     if (Math.max(...lines.map((t) => t.length)) * 7 < room) return;
     axis.ticktext = axis.ticktext.map((t) => t.replaceAll(" ", "<br>"));
     Object.assign(axis, { tickangle: 0, tickfont: { size: 10.5 } });
-    layout.margin = { ...layout.margin, b: layout.margin.b + 16 * (Math.max(...axis.ticktext.map((t) => t.split("<br>").length)) - 1) };
+    below(layout, 16 * (Math.max(...axis.ticktext.map((t) => t.split("<br>").length)) - 1));
   }
 
   // A legend of many rows takes its room from the page, not from the axes.
