@@ -24,7 +24,7 @@ async function exported(doing, document, consumer, options) {
   fill(doing, h("p", { class: "note" }, `Saved ${job.files.map((f) => f.name).join(", ")}.`), lines(job));
 }
 
-/** What a study has left, at its top: imu.yaml, the report, and the others. */
+/** What a study has left, at its top: imu.yaml, the report, and the others. Where there is no imu.yaml, asking for it says why. */
 export function takeBar(document) {
   const doing = h("div", { role: "status" });
   const address = (f) => `/api/documents/${document.id}/files/${f.index}`;
@@ -38,8 +38,8 @@ export function takeBar(document) {
 
   const others = document.files.filter((f) => !["imu.yaml", "report.html"].includes(f.name));
   return h("div", {}, h("div", { class: "bar take", role: "group", "aria-label": "Files" },
-    h("button", { type: "button", class: "main", onclick: said(() => (imu ? save(address(imu)) : exported(doing, document, "kalibr", {}))) }, "imu.yaml"),
-    h("button", { type: "button", onclick: said(report) }, "Report"),
+    h("button", { type: "button", class: imu ? "main" : null, onclick: said(() => (imu ? save(address(imu)) : exported(doing, document, "kalibr", {}))) }, "imu.yaml"),
+    h("button", { type: "button", class: imu ? null : "main", onclick: said(report) }, "Report"),
     others.map((f) => h("a", { class: "button", href: address(f), download: "" }, f.name))), doing);
 }
 

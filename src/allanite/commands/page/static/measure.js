@@ -21,7 +21,8 @@ export class MeasurePanel {
     this.marks = new Marks(() => recording.again(), () => recording.look());
     this.form = h("div", {});
     this.result = new ResultView();
-    this.place = h("div", { hidden: true }, h("section", { "aria-label": "Measurement" }, this.kinds(), this.form), this.result.place);
+    this.place = h("div", { hidden: true }, h("section", { "aria-label": "Measurement" }, this.kinds(), this.form));
+    this.result.place.hidden = true;
     this.drawForm();
   }
 

@@ -38,8 +38,8 @@ export class RecordingView {
     this.closer = new AnalysisPanel(session, { id, read: () => this.read });
     this.tabs = h("fieldset", { class: "choices tabs", hidden: true }, h("legend", { class: "hidden" }, "What to do with it"), this.tab("noise", "Noise"), this.tab("measure", "Earth rate and north"), this.tab("closer", "A closer look"));
     this.doing = h("div", { role: "status", class: "doing" });
-    // A result stands above what it was made from, and what is to be done next above the pictures: both are seen without scrolling.
-    this.place = h("div", {}, h("h1", {}, this.found ? catalogue.shortName(this.found.name) : "Recording"), this.tabs, this.doing, this.noise, this.closer.place, this.measure.place, this.reading, this.action, this.series);
+    // A study stands above what it was made from, turns beside the series on which they are marked, and what is to be done next above the pictures: both are seen without scrolling.
+    this.place = h("div", {}, h("h1", {}, this.found ? catalogue.shortName(this.found.name) : "Recording"), this.tabs, this.doing, this.noise, this.closer.place, this.measure.place, this.reading, this.action, this.series, this.measure.result.place);
   }
 
   tab(name, label) {
@@ -47,7 +47,7 @@ export class RecordingView {
     input.addEventListener("change", () => {
       this.tabbed = name;
       this.noise.hidden = this.action.hidden = name !== "noise";
-      this.measure.place.hidden = name !== "measure";
+      this.measure.place.hidden = this.measure.result.place.hidden = name !== "measure";
       this.closer.place.hidden = name !== "closer";
       this.measuring = name === "measure";
       this.shown?.paint().catch(() => {});
