@@ -277,7 +277,7 @@ def test_from_a_dropped_log_to_imu_yaml_in_two_clicks(
     # What one sees now: the verdict, all axes, and the button.
     verdict = page.get_by_role("region", name="Verdict")
     assert on_screen(verdict.locator(".banner").first)
-    rows = verdict.locator("tbody tr")
+    rows = verdict.locator(":scope > .wide tbody tr")
     assert rows.locator("th").all_text_contents() == [f"{k}_{a}" for k in ("gyro", "acc") for a in "xyz"]
     assert all(on_screen(row) for row in rows.all())
     button = page.get_by_role("button", name="imu.yaml")
@@ -410,6 +410,7 @@ def test_report_in_one_click_is_complete_without_a_network(page: Any, chromium: 
     view = context.new_page()
     troubles = complaining(view, place.as_uri())
     view.goto(place.as_uri())
+    view.locator("details").evaluate_all("all => all.forEach((d) => (d.open = true))")
     count = view.locator("figure .live").count()
     for figure in view.locator("figure .live").all():
         figure.scroll_into_view_if_needed()
