@@ -410,7 +410,6 @@ def test_report_in_one_click_is_complete_without_a_network(page: Any, chromium: 
     view = context.new_page()
     troubles = complaining(view, place.as_uri())
     view.goto(place.as_uri())
-    view.locator("details").evaluate_all("all => all.forEach((d) => (d.open = true))")
     count = view.locator("figure .live").count()
     for figure in view.locator("figure .live").all():
         figure.scroll_into_view_if_needed()
