@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from importlib import import_module
 
 from allanite.quantities.result import Result
 from allanite.study.result_document import Reportable, read_document
-from allanite.views.blocks import Page
 
-__all__ = ["VIEWS", "document_of", "view_of"]
+__all__ = ["VIEWS", "document_of", "kind_of"]
 
 #: Format of a document -> where its result is defined, its name there, and the module whose `view` shows it.
 VIEWS: Mapping[str, tuple[str, str, str]] = {
@@ -50,6 +49,13 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
 }
 
 
+def kind_of(data: Mapping[str, object]) -> type[Result]:
+    """The class of the result that plain data hold."""
+    module, name, _ = VIEWS[str(data["format"])]
+    kind: type[Result] = getattr(import_module(module), name)
+    return kind
+
+
 def document_of(data: Mapping[str, object]) -> Reportable:
     """The document of a result that has a view, out of plain data.
 
@@ -60,14 +66,7 @@ def document_of(data: Mapping[str, object]) -> Reportable:
     """
     from allanite.study.study import Study
 
-    module, name, _ = VIEWS[str(data["format"])]
-    kind: type[Result] = getattr(import_module(module), name)
+    kind = kind_of(data)
     if issubclass(kind, Study):
         return kind.from_json(data)
     return read_document(kind, data)
-
-
-def view_of(document: Reportable) -> Page:
-    """The page of a result."""
-    view: Callable[[Reportable], Page] = import_module(VIEWS[document.result.FORMAT][2]).view
-    return view(document)

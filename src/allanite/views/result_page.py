@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import import_module
 
 from allanite.quantities.result import Result
 from allanite.quantities.verdict import Verdict
 from allanite.study.result_document import Reportable
 from allanite.views.blocks import Banner, Findings, Page, PageBlock, Section, bullets, drawn, page_of, pairs
 from allanite.views.pieces import origin_rows
+from allanite.views.registry import VIEWS
 from allanite.views.wording import sentence
 
-__all__ = ["advice", "findings_of", "pictures", "result_page", "verdict_banner"]
+__all__ = ["advice", "findings_of", "pictures", "result_page", "verdict_banner", "view_of"]
 
 
 def result_page(
@@ -32,6 +34,12 @@ def result_page(
     """
     parts = [Section(id=id_, title=name, blocks=blocks) for id_, (name, blocks) in sections.items()]
     return page_of(title=title, kicker=kicker, facts=facts, sections=[*parts, _provenance(document)])
+
+
+def view_of(document: Reportable) -> Page:
+    """The page of a result."""
+    view: Callable[[Reportable], Page] = import_module(VIEWS[document.result.FORMAT][2]).view
+    return view(document)
 
 
 def _provenance(document: Reportable) -> Section:

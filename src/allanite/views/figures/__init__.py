@@ -8,12 +8,22 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from allanite.errors import InputError
+from allanite.quantities.result import Result
 from allanite.views.figures.panel import Panel, Sheet
+from allanite.views.registry import VIEWS, kind_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as PaperFigure
     from plotly.graph_objects import Figure as ScreenFigure
 
+    from allanite.experiments.alignment import AlignmentEstimate
+    from allanite.experiments.north import NorthEstimate
+    from allanite.experiments.rate_table import RateTableEstimate
+    from allanite.fitting.selection import TermSelection
+    from allanite.fitting.spectral.spectra import Spectra
+    from allanite.stability.record_comparison import Comparison
+    from allanite.stability.shared_noise import Separation
+    from allanite.stability.variation import Variation
     from allanite.study.results import ChannelStudy
     from allanite.study.study import Study
     from allanite.views.wording import ChannelGroup
@@ -97,10 +107,11 @@ def plot(
 
 def sheet_of(obj: object, **options: Any) -> Sheet:
     """What `plot` would draw, without a plotting library."""
+    shown = _result_of(obj)
     for matches, describe in _DESCRIPTIONS:
-        if matches(obj):
+        if matches(shown):
             try:
-                return describe(obj, **options)
+                return describe(shown, **options)
             except TypeError as error:
                 if "unexpected keyword" not in str(error):
                     raise
@@ -111,14 +122,21 @@ def sheet_of(obj: object, **options: Any) -> Sheet:
     )
 
 
+def _result_of(obj: object) -> object:
+    """The result of a document, or of what holds more than its document; anything else as it is."""
+    if not isinstance(obj, Mapping):
+        held = getattr(obj, "result", obj)
+        return held if isinstance(held, Result) else obj
+    drawn_from_document = obj.get("format") not in VIEWS or obj["format"] in _WITH_THEIR_RECORD
+    return obj if drawn_from_document else kind_of(obj).from_json(obj)
+
+
 # -- one function per thing that has a figure --------------------------------------------------------------
 
 
-def _study(study: Study | Json, *, view: str = "channels", channels: Sequence[str] | None = None) -> Sheet:
-    from allanite.study.study import Study
+def _study(shown: Study, *, view: str = "channels", channels: Sequence[str] | None = None) -> Sheet:
     from allanite.views.wording import groups
 
-    shown = Study.from_json(study) if isinstance(study, Mapping) else study
     names = [channels] if isinstance(channels, str) else channels
     chosen = shown.channels if names is None else [shown[name] for name in names]
     return Sheet(rows=tuple(row for group in groups(chosen) for row in _view(view)(group, shown)))
@@ -192,12 +210,10 @@ def _spectrum(
     return _spectra(Spectra(channels=(channel,)), view=view)
 
 
-def _spectra(given: Any, *, channel: str | None = None, view: str = "whole") -> Sheet:
-    from allanite.fitting.spectral.spectra import Spectra
+def _spectra(result: Spectra, *, channel: str | None = None, view: str = "whole") -> Sheet:
     from allanite.views.figures import spectra
 
     _known_view(view, spectra.VIEWS, "a spectrum")
-    result: Spectra = Spectra.from_json(given) if isinstance(given, Mapping) else given
     panels: list[Panel] = []
     for one in result.channels if channel is None else [result[channel]]:
         if view in ("whole", "density"):
@@ -278,12 +294,10 @@ def _aided(aided: Any) -> Sheet:
     return _column([*drawn, panels.states_panel(document)] if "states" in document else drawn)
 
 
-def _north(north: Any, *, view: str = "whole") -> Sheet:
-    from allanite.experiments.north import NorthEstimate
+def _north(result: NorthEstimate, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import compass
 
     _known_view(view, compass.VIEWS, "a search for north")
-    result: NorthEstimate = NorthEstimate.from_json(north) if isinstance(north, Mapping) else north
     parts: Parts = {
         "compass": lambda: [compass.compass_panel(result)],
         "running": lambda: compass.running_panels(result),
@@ -341,12 +355,10 @@ def _calibration(estimate: Any, *, view: str = "whole") -> Sheet:
     return Sheet(rows=tuple(rows))
 
 
-def _alignment(result: Any, *, view: str = "whole") -> Sheet:
-    from allanite.experiments.alignment import AlignmentEstimate
+def _alignment(shown: AlignmentEstimate, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import alignment
 
     _known_view(view, alignment.VIEWS, "an alignment")
-    shown: AlignmentEstimate = AlignmentEstimate.from_json(result) if isinstance(result, Mapping) else result
     parts: Parts = {
         "compass": lambda: [alignment.compass_panel(shown)],
         "convergence": lambda: alignment.convergence_panels(shown),
@@ -419,35 +431,28 @@ def _environment(result: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"nothing was found that a figure {view!r} could show")
 
 
-def _separation(given: Any, *, view: str = "whole") -> Sheet:
-    from allanite.stability.shared_noise import Separation
+def _separation(result: Separation, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import shared_noise
 
     _known_view(view, shared_noise.VIEWS, "sensors taken apart")
-    result: Separation = Separation.from_json(given) if isinstance(given, Mapping) else given
     parts = {"parts": shared_noise.part_panel, "correlation": shared_noise.correlation_panel}
     return _column([make(result) for name, make in parts.items() if view in ("whole", name)])
 
 
-def _selection(given: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
-    from allanite.fitting.selection import TermSelection
+def _selection(result: TermSelection, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
     from allanite.views.figures import selection
 
     _known_view(view, selection.VIEWS, "a selection of terms")
-    held: Any = TermSelection.from_json(given) if isinstance(given, Mapping) else given
-    result: TermSelection = getattr(held, "result", held)
     parts = {"weights": selection.weights_panel, "curves": selection.curves_panel}
     wanted = [channels] if isinstance(channels, str) else channels
     chosen = result.channels if wanted is None else [result[name] for name in wanted]
     return _column([make(c) for c in chosen for name, make in parts.items() if view in ("whole", name)])
 
 
-def _variation(given: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
-    from allanite.stability.variation import Variation
+def _variation(result: Variation, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
     from allanite.views.figures import variation
 
     _known_view(view, variation.VIEWS, "a variation")
-    result: Variation = Variation.from_json(given) if isinstance(given, Mapping) else given
     panels: list[Panel] = []
     for channel in result.channels if channels is None else [result[name] for name in channels]:
         if view in ("whole", "map"):
@@ -457,12 +462,10 @@ def _variation(given: Any, *, view: str = "whole", channels: Sequence[str] | Non
     return _column(panels)
 
 
-def _rate_table(result: Any, *, view: str = "whole") -> Sheet:
-    from allanite.experiments.rate_table import RateTableEstimate
+def _rate_table(shown: RateTableEstimate, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import response
 
     _known_view(view, response.VIEWS, "a run on a rate table")
-    shown: RateTableEstimate = RateTableEstimate.from_json(result) if isinstance(result, Mapping) else result
     parts: Parts = {
         "response": lambda: response.response_panels(shown),
         "steps": lambda: response.step_panels(shown),
@@ -496,12 +499,10 @@ def _dead_reckoning(result: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"this budget of dead reckoning has no figure {view!r}: the height is held")
 
 
-def _comparison(given: Any, *, view: str = "whole") -> Sheet:
-    from allanite.stability.record_comparison import Comparison
+def _comparison(result: Comparison, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import comparison as panels
 
     _known_view(view, panels.VIEWS, "compared records")
-    result: Comparison = Comparison.from_json(given) if isinstance(given, Mapping) else given
     if view == "whole":
         return Sheet(rows=tuple(panels.columns(result)))
     rows: list[tuple[Panel, ...]] = []
@@ -556,30 +557,23 @@ def _named(name: str) -> Callable[[object], bool]:
     return lambda obj: any(kind.__name__ == name for kind in type(obj).__mro__)
 
 
+#: Documents that hold the record which their figures show.
+_WITH_THEIR_RECORD = frozenset({"allanite-earth-rate", "allanite-rate-vector"})
+
 _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...] = (
     (_named("Study"), _study),
-    (_document("allanite-study"), _study),
     (_document("allanite-earth-rate"), _earth_rate),
     (_document("allanite-filtered"), _filtered),
     (_document("allanite-rate-vector"), _rate_vector),
     (_document("allanite-plan"), _plan),
-    (_document("allanite-spectrum"), _spectra),
-    (_document("allanite-rate-table"), _rate_table),
     (_document("allanite-combination"), _combination),
-    (_document("allanite-separation"), _separation),
-    (_document("allanite-selection"), _selection),
-    (_document("allanite-variation"), _variation),
-    (_document("allanite-comparison"), _comparison),
-    (_document("allanite-environment"), _environment),
     (_document("allanite-position-plan"), _position_plan),
     (_document("allanite-dead-reckoning"), _dead_reckoning),
     (_document("allanite-datasheet"), _datasheet),
     (_document("allanite-overbound"), _bounds),
     (_document("allanite-difference"), _difference),
     (_document("allanite-static-spans"), _static),
-    (_document("allanite-north"), _north),
     (_document("allanite-calibration-estimate"), _calibration),
-    (_document("allanite-alignment"), _alignment),
     (_document("allanite-reference-aided"), _aided),
     (_holds("curve"), _channel),
     (_named("ChannelStudy"), _channel),
@@ -598,13 +592,11 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("RateTableEstimate"), _rate_table),
     (_named("Combination"), _combination),
     (_named("Separation"), _separation),
-    (_named("Selection"), _selection),
     (_named("TermSelection"), _selection),
     (_named("Variation"), _variation),
     (_named("Comparison"), _comparison),
     (_named("EnvironmentFacts"), _environment),
     (_named("Environment"), _environment),
-    (_named("FreedRecording"), _environment),
     (_named("PositionPlan"), _position_plan),
     (_named("DeadReckoning"), _dead_reckoning),
     (_named("DatasheetVerdict"), _datasheet),

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import cast
 
 import numpy as np
 
 from allanite.quantities.display_units import display_unit
-from allanite.stability.environment import Environment, EnvironmentFacts, FreedRecording
+from allanite.stability.environment import Environment, EnvironmentFacts
 from allanite.views.figures.panel import Array, Axis, Curve, Label, Panel, positive_range
 from allanite.views.figures.records import clock
 
@@ -19,11 +19,7 @@ VIEWS = ("whole", "temperature", "deviation", "time")
 
 
 def estimates_of(result: object) -> Sequence[EnvironmentFacts]:
-    """Those of an `Environment`, of its document, or one alone."""
-    if isinstance(result, Mapping):
-        return Environment.from_json(result).channels
-    if isinstance(result, FreedRecording):
-        return result.estimates
+    """Those of an `Environment`, or one alone."""
     return result.channels if isinstance(result, Environment) else [cast(EnvironmentFacts, result)]
 
 

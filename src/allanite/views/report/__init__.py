@@ -25,7 +25,8 @@ from allanite.study.result_document import ResultDocument
 from allanite.study.study import Study
 from allanite.views.blocks import Page, figures_of
 from allanite.views.figures.panel import DARK, LIGHT
-from allanite.views.registry import VIEWS, document_of, view_of
+from allanite.views.registry import VIEWS, document_of
+from allanite.views.result_page import view_of
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -22,7 +22,7 @@ from allanite.views.blocks import (
     TableBlock,
 )
 from allanite.views.blocks import Text as PlainText
-from allanite.views.registry import view_of
+from allanite.views.result_page import view_of
 from allanite.views.study import parameter_blocks
 from allanite.views.terminal.coefficients import say_coefficients
 from allanite.views.terminal.console import console
