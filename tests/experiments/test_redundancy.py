@@ -22,6 +22,7 @@ from allanite.experiments.redundancy.shared import allan_covariance, correlation
 from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.quantities.distributions import chi_square_quantile
+from allanite.quantities.quantity import Quantity
 from allanite.recording.records import Recording
 from shell import Run
 
@@ -196,7 +197,7 @@ def test_interval_of_a_correlation_covers(shared: float) -> None:
         allan = allan_covariance(y, 1 / RATE, WHITE)
         for i, tau in enumerate((1 / RATE, 16 / RATE)):
             (pair,) = pairs_of(allan, tau, ["a", "b"], 0.95)
-            cover[i] += pair.lower <= shared <= pair.upper
+            cover[i] += pair.correlation.lower <= shared <= pair.correlation.upper
     low, high = binomial_bounds(0.95, 400)
     assert ((low <= cover) & (cover <= high)).all(), cover
 
@@ -234,12 +235,12 @@ def test_shared_noise_is_found_and_enters_the_weights() -> None:
     c = combined(y)
     pair = next(p for p in c.shared if {p.first, p.second} == {"g0", "g1"})
     assert pair.seen
-    assert pair.lower < 0.91 < pair.upper
+    assert pair.correlation.lower < 0.91 < pair.correlation.upper
     assert [p.seen for p in c.shared].count(True) == 1
     # of correlation r the pair has the variance (1 + r)/2, the third 1
-    r = pair.correlation
+    r = pair.correlation.value
     assert c.weights[0, 2] == pytest.approx((1 + r) / (3 + r), rel=1e-6)
-    assert c.remarks[0].startswith("noise is shared by g0 and g1")
+    assert c.advice[0].startswith("noise is shared by g0 and g1")
     assert c.gain_lower[0, 0] < c.gain_predicted[0, 0] * 1.02
 
 
@@ -247,7 +248,7 @@ def test_correlations_that_contradict_each_other_become_a_matrix() -> None:
     from allanite.experiments.redundancy import SharedNoise
 
     def pair(a: str, b: str, r: float) -> SharedNoise:
-        return SharedNoise(first=a, second=b, tau=1.0, correlation=r, lower=r, upper=r, seen=True)
+        return SharedNoise(first=a, second=b, tau=1.0, correlation=Quantity.of(r, (r, r), "1"), seen=True)
 
     r = correlation_kept([pair("a", "b", 0.9), pair("b", "c", 0.9), pair("a", "c", -0.9)], ["a", "b", "c"])
     assert np.linalg.eigvalsh(r)[0] > 0
@@ -414,10 +415,10 @@ def test_deviation_and_gain_are_those_of_the_recording_that_is_written() -> None
     y[1400:1912, 1] += 1.0
     alone = combined(y)
     assert [f.sensor for f in alone.faults] == ["g1"]
-    assert any("goes on without g1" in r for r in alone.remarks)
+    assert any("goes on without g1" in r for r in alone.advice)
     unknown = combined(y, directions=cone(4))
     assert [f.sensor for f in unknown.faults] == [None] * len(unknown.faults) != []
-    assert any("stays in the recording" in r for r in unknown.remarks)
+    assert any("stays in the recording" in r for r in unknown.advice)
     for c in (alone, unknown):
         written = c.recording()
         for m, name in enumerate(written.names):
@@ -485,7 +486,7 @@ def test_power_of_the_parity_test() -> None:
         y = noise(5, rows * size, 2000 + seed)
         y[400:408, 0] += shift * N * math.sqrt(RATE / size)
         c = combined(y, directions=h, window=size / RATE, rest=False)
-        seen += bool(c.parity["windows"][0]["statistic"][50] > c.parity["threshold"])
+        seen += bool(c.parity.windows[0].statistic[50] > c.parity.threshold)
     share = float((parity_matrix(h)[:, 0] ** 2).sum())  # of the pulse that the parity sees
     tests = rows + rows // 8 + rows // 16
     threshold = chi_square_quantile(1 - 0.01 / tests, 2)
@@ -497,7 +498,7 @@ def test_power_of_the_parity_test() -> None:
 def test_noise_beyond_the_models_is_said_and_allowed_for() -> None:
     c = combined(1.5 * noise(5, 20_000, 8), directions=cone(5))
     assert c.noise_ratio == pytest.approx(1.5, rel=0.1)
-    assert any("1.5" in r and "as much as the models say" in r for r in c.remarks)
+    assert any("1.5" in r and "as much as the models say" in r for r in c.advice)
     assert not c.faults
 
 
@@ -568,7 +569,7 @@ def test_picture_report_and_command(run: Run, tmp_path: Path) -> None:
     log, out = str(tmp_path / "gyros.parquet"), tmp_path / "out"
     done = run("combine", log, *words, "-o", str(tmp_path / "one.parquet"), "--out", str(out))
     assert done.code == 0, done.err
-    assert "A sensor is at fault: g1 steps" in " ".join(done.out.split())
+    assert "A sensor is at fault. g1 steps" in " ".join(done.out.split())
     assert read(tmp_path / "one.parquet").names == ("gyro_x", "gyro_y", "gyro_z")
     document = json.loads((out / "combination.json").read_text())
     assert document["faults"][0]["sensor"] == "g1"

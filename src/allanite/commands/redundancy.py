@@ -5,16 +5,15 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from allanite.commands.measurement import MeasurementResult, beside
+from allanite.commands.measurement import MeasurementResult, origin_of
 from allanite.commands.recordings import has_gaps, models_from, read_part
 from allanite.errors import FormatError, InputError
-from allanite.plain_files.regular_file import file_sha256, read_regular_text
+from allanite.plain_files.regular_file import read_regular_text
 
-__all__ = ["combination_of", "directions_from", "save_combined"]
+__all__ = ["combination_of", "directions_from"]
 
 Advance = Callable[[float, str], None]
 
@@ -29,13 +28,18 @@ def combination_of(
     *,
     model: str | os.PathLike[str],
     directions: str | os.PathLike[str] | None = None,
+    averaging: float | None = None,
+    moving: bool = False,
+    motion_error: float = 0.0,
+    window: float | None = None,
+    false_alarm: float = 0.01,
+    confidence: float = 0.95,
     command: str | None = None,
     source: str | None = None,
-    estimate: Mapping[str, Any] | None = None,
     progress: Advance | None = None,
     **options: Any,
 ) -> MeasurementResult:
-    """Sensors of one kind of a log as one; see `combine`, whose further options `estimate` holds.
+    """Sensors of one kind of a log as one; see `combine`.
 
     Parameters
     ----------
@@ -43,6 +47,8 @@ def combination_of(
         Of every sensor by its name, or one for all.
     directions : path, optional
         CSV of the sensitive axes: see `directions_from`. Without it all sensors lie along one axis.
+    moving : bool
+        The record is not at rest.
     **options
         Those of `read`.
 
@@ -55,6 +61,7 @@ def combination_of(
     """
     from allanite.experiments.redundancy import combine
     from allanite.recording.health import check
+    from allanite.study.result_document import ResultDocument
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
@@ -68,29 +75,26 @@ def combination_of(
         models=models_from(model, recording.names),
         directions=None if axes is None else list(axes.values()),
         channels=names,
+        averaging=averaging,
+        rest=not moving,
+        window=window,
+        false_alarm=false_alarm,
+        motion_error=motion_error,
+        confidence=confidence,
         progress=lambda fraction, what: advance(0.1 + 0.7 * fraction, what),
-        **(estimate or {}),
     )
     advance(0.8, "looking for faults of the record")
     findings = [f for f in check(recording.select(*combination.channels)) if f.code not in _JUDGED_HERE]
-    document = {
-        **combination.to_json(),
-        **beside(recording, None, findings, file_sha256(log), command),
-        "model_name": str(model),
-    }
-    rows = [
-        {
-            "sensor": name,
-            **{axis: f"{w[i]:.9f}" for axis, w in zip(combination.axes, combination.weights, strict=True)},
-        }
-        for i, name in enumerate(combination.channels)
-    ]
+    result = combination.result
     return MeasurementResult(
-        result=combination,
-        document=document,
+        result=result,
+        document=ResultDocument(
+            result=result, model_name=str(model), **origin_of(recording, findings, log, command)
+        ),
         name="combination",
-        tables={"weights.csv": rows},
+        tables={},
         lossy=has_gaps(recording),
+        series=combination.recording(),
     )
 
 
@@ -127,10 +131,3 @@ def directions_from(path: str | os.PathLike[str]) -> dict[str, Sequence[float]]:
             raise FormatError(f"{path}, line {number}: channel {row[0]!r} is there twice")
         axes[row[0]] = axis
     return axes
-
-
-def save_combined(measured: MeasurementResult, path: str | os.PathLike[str], *, force: bool = False) -> Path:
-    """Write the combined recording."""
-    from allanite.files.recording_file import write_recording
-
-    return write_recording(measured.result.recording(), path, force=force)

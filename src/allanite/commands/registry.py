@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from allanite.commands.align import ALIGN
 from allanite.commands.characterize import CHARACTERIZE
+from allanite.commands.combine import COMBINE
 from allanite.commands.compare import COMPARE
 from allanite.commands.declaration import Command, Place
 from allanite.commands.earth_rate import EARTH_RATE
@@ -38,6 +39,7 @@ COMMANDS: Mapping[str, Command] = {
         NORTH,
         ALIGN,
         RATE_TABLE,
+        COMBINE,
     )
 }
 

@@ -44,6 +44,11 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
         "AlignmentEstimate",
         "allanite.views.alignment",
     ),
+    "allanite-combination": (
+        "allanite.experiments.redundancy",
+        "Combination",
+        "allanite.views.redundancy",
+    ),
     "allanite-north": ("allanite.experiments.north", "NorthEstimate", "allanite.views.north"),
     "allanite-east-west-null": ("allanite.experiments.north", "EastWestNull", "allanite.views.null_test"),
 }

@@ -15,7 +15,6 @@ from allanite.commands.cli import earth
 from allanite.commands.cli import position_plan
 from allanite.commands.cli import dead_reckoning
 from allanite.commands.cli import calibration
-from allanite.commands.cli import redundancy
 from allanite.commands.cli import datasheet
 from allanite.commands.cli import difference
 from allanite.commands.cli import recording
@@ -48,6 +47,5 @@ __all__ = [
     "position_plan",
     "recording",
     "recovery",
-    "redundancy",
     "serve",
 ]

@@ -13,10 +13,11 @@ W weighs the sensors, V is the parity matrix: V y does not depend on what is mea
 ``alarms``       the tests, at a stated rate of false alarms per record.
 ``faults``       which fault of which sensor explains an alarm.
 ``combined``     the combined record, read block by block, and its noise model.
-``results``      Combination and what it is made of.
+``results``      Combination and what it is made of; ``verdict`` its codes, ``words`` its sentences, ``version_1`` what
+                 documents of version 1 said.
 """
 
 from allanite.experiments.redundancy.estimation import combine
-from allanite.experiments.redundancy.results import Combination, SensorFault, SharedNoise
+from allanite.experiments.redundancy.results import Combination, CombinedSensors, SensorFault, SharedNoise
 
-__all__ = ["Combination", "SensorFault", "SharedNoise", "combine"]
+__all__ = ["Combination", "CombinedSensors", "SensorFault", "SharedNoise", "combine"]

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +27,14 @@ from allanite.experiments.redundancy.combined import combined_model, combined_re
 from allanite.experiments.redundancy.faults import Examination, examine
 from allanite.experiments.redundancy.geometry import best_weights, checked_directions, parity_matrix, twins
 from allanite.experiments.redundancy.means import WindowMeans, window_means
-from allanite.experiments.redundancy.results import Combination, SensorFault, SharedNoise
+from allanite.experiments.redundancy.results import (
+    CombinedSensors,
+    ParitySeries,
+    SensorFault,
+    SharedNoise,
+    WindowSeries,
+    verdict_of,
+)
 from allanite.experiments.redundancy.shared import (
     AllanCovariance,
     allan_covariance,
@@ -67,7 +74,7 @@ def combine(
     motion_error: float = 0.0,
     confidence: float = 0.95,
     progress: Progress | None = None,
-) -> Combination:
+) -> CombinedSensors:
     """Combine sensors of one kind, and look for one that contradicts the others.
 
     Parameters
@@ -95,6 +102,11 @@ def combine(
     confidence : float
     progress : callable, optional
         Called with a fraction and words.
+
+    Returns
+    -------
+    CombinedSensors
+        A `Combination` with the recording of the combined axes.
 
     Raises
     ------
@@ -252,7 +264,7 @@ def _combination(
     false_alarm: float,
     confidence: float,
     rest: bool,
-) -> Combination:
+) -> CombinedSensors:
     busy = _busy(examination.faults, means)
     pairs: tuple[SharedNoise, ...] = ()
     correlation = np.eye(len(setup.names))
@@ -277,11 +289,11 @@ def _combination(
     curves = _curves(
         setup, allan, weights, correlation, models, fine.dt, recording.duration, confidence, written
     )
-    faults = tuple(replace(f, says=_says(f, setup.parity, setup.names)) for f in examination.faults)
-    return Combination(
+    return CombinedSensors(
+        verdict=verdict_of(examination.faults),
         channels=setup.names,
         axes=axes,
-        kind=recording[setup.names[0]].kind.value,
+        kind="rate" if recording[setup.names[0]].kind is Kind.RATE else "acceleration",
         directions=setup.directions,
         weights=weights,
         averaging=setup.averaging,
@@ -290,27 +302,26 @@ def _combination(
         correlation=correlation,
         models=models,
         **curves,
-        faults=faults,
-        isolation=_isolation(setup.parity, setup.names),
-        parity={
-            "windows": [
-                {
-                    "length": scale * means.dt,
-                    "time": (np.arange(len(chi2)) + 0.5) * scale * means.dt,
-                    "statistic": chi2,
-                }
+        faults=examination.faults,
+        alike=tuple(tuple(setup.names[i] for i in group) for group in twins(setup.parity)),
+        parity=ParitySeries(
+            windows=tuple(
+                WindowSeries(
+                    length=scale * means.dt,
+                    time=np.asarray((np.arange(len(chi2)) + 0.5) * scale * means.dt, dtype=np.float64),
+                    statistic=chi2,
+                )
                 for scale, chi2 in examination.series.items()
-            ],
-            "threshold": examination.threshold,
-            "dof": examination.dof,
-        },
+            ),
+            threshold=examination.threshold,
+            dof=examination.dof,
+        ),
         false_alarm=false_alarm,
         noise_ratio=examination.noise_ratio,
+        unusual=examination.unusual,
+        at_rest=rest,
+        faults_everywhere=bool(busy.all()),
         confidence=confidence,
-        remarks=(
-            *_remarks(setup, pairs, examination, rest, bool(busy.all())),
-            *_as_written(examination.faults, rest),
-        ),
         rate=recording.rate,
         duration=recording.duration,
         source=recording.source,
@@ -434,85 +445,3 @@ def measured_gain(
         "gain_lower": gain / spread,
         "gain_upper": gain * spread,
     }
-
-
-# -- words --------------------------------------------------------------------------------------------------------
-
-
-def _isolation(parity: Array, names: Sequence[str]) -> str:
-    q, n = parity.shape
-    if q == 1:
-        return (
-            f"{n} sensors of {n - 1 if n > 2 else 'one'} ax{'es' if n > 2 else 'is'} have one parity: a fault is seen, "
-            "but not whose it is"
-        )
-    alike = [" and ".join(names[i] for i in group) for group in twins(parity)]
-    if alike:
-        return f"a fault is seen and its sensor named, but not apart: {'; '.join(alike)}"
-    return "a fault is seen, and its sensor named"
-
-
-def _says(fault: SensorFault, parity: Array, names: Sequence[str]) -> str:
-    who = fault.sensor or f"one of {', '.join(fault.candidates)}"
-    if fault.kind == "stuck":
-        return f"{who} gives the same number for {fault.stop - fault.start:g} s"
-    if fault.kind == "other":
-        return "the sensors contradict each other as no single fault explains"
-    what = {"step": "steps", "drift": "drifts", "spike": "jumps for a moment", "noise": "is noisier"}[
-        fault.kind
-    ]
-    text = f"{who} {what}"
-    if fault.sensor is None:
-        alone = len(parity) == 1
-        text += (
-            ": one parity cannot tell which" if alone else ": their faults look too much alike to tell which"
-        )
-    return text
-
-
-def _remarks(
-    setup: _Setup, pairs: Sequence[SharedNoise], examination: Examination, rest: bool, everywhere: bool
-) -> tuple[str, ...]:
-    out = []
-    shared_pairs = sorted((p for p in pairs if p.seen), key=lambda p: -abs(p.correlation))
-    for p in shared_pairs[:3]:
-        out.append(
-            f"noise is shared by {p.first} and {p.second}: correlation {p.correlation:.2f} "
-            f"[{p.lower:.2f}, {p.upper:.2f}] of means over {p.tau:.3g} s; the weights take it into account"
-        )
-    if len(shared_pairs) > 3:
-        out.append(f"{len(shared_pairs) - 3} more pairs share noise")
-    if shared_pairs:
-        out.append(
-            "noise that looks like motion to all sensors no parity sees: if the record was not at rest, say so"
-        )
-    if examination.unusual:
-        word = (
-            "the tests allow for it" if examination.noise_ratio > 1 else "the tests are stricter than need be"
-        )
-        out.append(
-            f"the sensors disagree {examination.noise_ratio:.2f} times as much as the models say: {word}"
-        )
-    if not rest:
-        out.append(
-            "the record was not at rest: the weights come from the models alone, and no gain is measured"
-        )
-    if everywhere:
-        out.append(
-            "every window lies in the span of a fault: shared noise and gain are measured with the faults in"
-        )
-    return tuple(out)
-
-
-def _as_written(faults: Sequence[SensorFault], rest: bool) -> list[str]:
-    """What faults have done to the recording that is handed over."""
-    named = sorted({f.sensor for f in faults if f.sensor is not None})
-    out = []
-    if named:
-        out.append(
-            f"the recording goes on without {', '.join(named)} in the spans above and is noisier there"
-            + ("; deviation and gain are those of the whole recording" if rest else "")
-        )
-    if any(f.sensor is None for f in faults):
-        out.append("a fault whose sensor is not known stays in the recording")
-    return out

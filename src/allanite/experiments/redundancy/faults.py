@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from allanite.experiments.redundancy.alarms import RUN, Bench
 from allanite.experiments.redundancy.means import WindowMeans
 from allanite.experiments.redundancy.results import SensorFault
+from allanite.experiments.redundancy.verdict import FaultKind
 from allanite.noise import NoiseModel
 
 __all__ = ["Examination", "examine"]
@@ -90,7 +91,7 @@ def examine(
     extra : ndarray, shape (windows,) [SI^2]
         Variance of each sensor that motion adds (scale factors and axes that are not exact).
     """
-    stuck, open_ = _stuck(means, names)
+    stuck, open_ = _stuck(means, names, len(parity))
     bench = Bench.of(means, parity, models, correlation, extra, open_, false_alarm)
     series = bench.series()
     explanations, before = _search(bench, names), bench.allowed
@@ -114,7 +115,9 @@ def examine(
 # -- stuck ---------------------------------------------------------------------------------------------------
 
 
-def _stuck(means: WindowMeans, names: Sequence[str]) -> tuple[list[SensorFault], NDArray[np.bool_]]:
+def _stuck(
+    means: WindowMeans, names: Sequence[str], parities: int
+) -> tuple[list[SensorFault], NDArray[np.bool_]]:
     """Sensors whose samples stand still for windows on end, and the windows without such a sensor."""
     faults, open_ = [], np.ones(len(means), dtype=np.bool_)
     for i, name in enumerate(names):
@@ -126,7 +129,7 @@ def _stuck(means: WindowMeans, names: Sequence[str]) -> tuple[list[SensorFault],
             open_[start:stop] = False
             faults.append(
                 SensorFault(
-                    kind="stuck",
+                    kind=FaultKind.STUCK,
                     sensor=name,
                     candidates=(name,),
                     start=start * means.dt,
@@ -135,6 +138,7 @@ def _stuck(means: WindowMeans, names: Sequence[str]) -> tuple[list[SensorFault],
                     size=math.nan,
                     size_sd=math.nan,
                     statistic=math.inf,
+                    parities=parities,
                 )
             )
     return faults, open_
@@ -492,7 +496,7 @@ def _joined(bench: Bench, explanations: list[_Explained], names: Sequence[str]) 
         sd = math.nan if at is None else math.sqrt(max(float(covariance[at, at]), 0.0))
         who = tuple(names[i] for i in sorted(item.candidates, key=lambda i: i != best.sensor))
         fault = SensorFault(
-            kind="step" if best.kind == "spell" else best.kind,
+            kind=FaultKind.STEP if best.kind == "spell" else FaultKind(best.kind),
             sensor=who[0] if len(who) == 1 else None,
             candidates=who,
             start=best.start * dt,
@@ -501,6 +505,7 @@ def _joined(bench: Bench, explanations: list[_Explained], names: Sequence[str]) 
             size=size,
             size_sd=sd,
             statistic=best.gain,
+            parities=len(bench.parity),
         )
         ended = _taken_back(faults, fault)
         for i in ended:
@@ -524,17 +529,17 @@ def _taken_back(faults: Sequence[SensorFault], later: SensorFault) -> list[int]:
     for i in reversed(range(len(faults))):
         if _takes_back(faults[i], later):
             return [i]
-    lasting = [i for i, f in enumerate(faults) if f.kind == "step" and f.stop == later.stop]
+    lasting = [i for i, f in enumerate(faults) if f.kind is FaultKind.STEP and f.stop == later.stop]
     same = [i for i in lasting if faults[i].candidates[0] == later.candidates[0]]
     steps = [*(faults[i] for i in same), later]
     sd = math.hypot(*(f.size_sd for f in steps))
     back = abs(sum(f.size for f in steps)) < 4 * sd + 0.1 * max(abs(f.size) for f in steps)
-    return same if later.kind == "step" and len(same) > 1 and back else []
+    return same if later.kind is FaultKind.STEP and len(same) > 1 and back else []
 
 
 def _takes_back(first: SensorFault, later: SensorFault) -> bool:
     """The same sensors step back by what they stepped."""
-    if (first.kind, later.kind) != ("step", "step") or not set(first.candidates) & set(later.candidates):
+    if {first.kind, later.kind} != {FaultKind.STEP} or not set(first.candidates) & set(later.candidates):
         return False
     sd = math.hypot(first.size_sd, later.size_sd)
     # of candidates that cannot be told apart the first may be another one: then only the size can be compared

@@ -30,6 +30,7 @@ from allanite.noise.allan.covariance import edf
 from allanite.noise.allan.lags import octave_lags
 from allanite.noise.allan.matrix import allan_matrix
 from allanite.quantities.distributions import normal_quantile
+from allanite.quantities.quantity import Quantity
 
 __all__ = ["AllanCovariance", "allan_covariance", "correlation_kept", "pairs_of"]
 
@@ -104,9 +105,7 @@ def pairs_of(
                     first=names[j],
                     second=names[i],
                     tau=float(allan.tau[at]),
-                    correlation=r,
-                    lower=math.tanh(z - wide),
-                    upper=math.tanh(z + wide),
+                    correlation=Quantity.of(r, (math.tanh(z - wide), math.tanh(z + wide)), "1"),
                     seen=abs(z) > strict,
                 )
             )
@@ -119,7 +118,7 @@ def correlation_kept(pairs: Sequence[SharedNoise], names: Sequence[str]) -> Arra
     for pair in pairs:
         if pair.seen:
             i, j = names.index(pair.first), names.index(pair.second)
-            r[i, j] = r[j, i] = pair.correlation
+            r[i, j] = r[j, i] = pair.correlation.value
     values, vectors = np.linalg.eigh(r)
     if values[0] < LEAST:
         r = (vectors * np.maximum(values, LEAST)) @ vectors.T

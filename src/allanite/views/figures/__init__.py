@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from allanite.experiments.alignment import AlignmentEstimate
     from allanite.experiments.north import NorthEstimate
     from allanite.experiments.rate_table import RateTableEstimate
+    from allanite.experiments.redundancy import Combination
     from allanite.fitting.selection import TermSelection
     from allanite.fitting.spectral.spectra import Spectra
     from allanite.stability.record_comparison import Comparison
@@ -367,17 +368,16 @@ def _alignment(shown: AlignmentEstimate, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"this alignment has no figure {view!r}")
 
 
-def _combination(combination: Any, *, view: str = "whole") -> Sheet:
+def _combination(result: Combination, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import redundancy
 
     _known_view(view, redundancy.VIEWS, "combined sensors")
-    document = combination if isinstance(combination, Mapping) else combination.to_json()
     parts = {
         "parity": redundancy.parity_panel,
         "deviation": redundancy.deviation_panel,
         "gain": redundancy.gain_panel,
     }
-    return _column([make(document) for name, make in parts.items() if view in ("whole", name)])
+    return _column([make(result) for name, make in parts.items() if view in ("whole", name)])
 
 
 def _datasheet(result: Any, *, view: str = "whole") -> Sheet:
@@ -566,7 +566,6 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-filtered"), _filtered),
     (_document("allanite-rate-vector"), _rate_vector),
     (_document("allanite-plan"), _plan),
-    (_document("allanite-combination"), _combination),
     (_document("allanite-position-plan"), _position_plan),
     (_document("allanite-dead-reckoning"), _dead_reckoning),
     (_document("allanite-datasheet"), _datasheet),

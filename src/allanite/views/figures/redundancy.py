@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from allanite.experiments.redundancy import Combination
 from allanite.quantities.display_units import display_unit
 from allanite.views.figures.panel import (
     MARKERS,
@@ -17,15 +17,12 @@ from allanite.views.figures.panel import (
     Label,
     Panel,
     ShadedSpan,
-    array,
     positive_range,
 )
 from allanite.views.figures.records import clock
 from allanite.views.wording import duration
 
 __all__ = ["VIEWS", "deviation_panel", "gain_panel", "parity_panel"]
-
-Json = Mapping[str, Any]
 
 VIEWS = ("whole", "parity", "deviation", "gain")
 #: Least chi-square that is drawn: the smallest say nothing.
@@ -34,64 +31,58 @@ _FLOOR = 1e-2
 _COLOURS = (5, 2, 0)
 
 
-def parity_panel(document: Json) -> Panel:
+def parity_panel(result: Combination) -> Panel:
     """Chi-square of each window, its threshold, and the spans of the faults."""
-    parity = document["parity"]
-    unit, second = clock(document["duration"])
+    parity = result.parity
+    unit, second = clock(result.duration)
     curves = [
         Curve(
-            x=array(windows["time"]) / second,
-            y=np.maximum(array(windows["statistic"]), _FLOOR),
-            label=f"windows of {duration(windows['length'])}",
+            x=windows.time / second,
+            y=np.maximum(windows.statistic, _FLOOR),
+            label=f"windows of {duration(windows.length)}",
             colour=SERIES[_COLOURS[i]],
             style="none",
             marker=MARKERS[i],
         )
-        for i, windows in enumerate(parity["windows"])
+        for i, windows in enumerate(parity.windows)
     ]
     spans = tuple(
         ShadedSpan(
-            start=f["start"] / second,
-            stop=f["stop"] / second,
-            kind="finding" if f["sensor"] is None else "disturbed",
-            text=_name(f),
+            start=f.start / second,
+            stop=f.stop / second,
+            kind="finding" if f.sensor is None else "disturbed",
+            text=f"{f.who}: {f.kind}",
         )
-        for f in document["faults"]
+        for f in result.faults
     )
-    high = positive_range(*(c.y for c in curves), [parity["threshold"]])[1]
-    words = f"alarm: {100 * document['false_alarm']:g} % of records without a fault"
+    high = positive_range(*(c.y for c in curves), [parity.threshold])[1]
+    words = f"alarm: {100 * result.false_alarm:g} % of records without a fault"
     return Panel(
-        title=f"Parity of the sensors; {parity['dof']} expected",
-        x=Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, document["duration"] / second)),
+        title=f"Parity of the sensors; {parity.dof} expected",
+        x=Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, result.duration / second)),
         y=Axis(label="Chi-square of the window", log=True, limits=(_FLOOR, 4 * high)),
         curves=tuple(curves),
-        labels=(
-            Label(x=0.0, y=parity["threshold"], text=words, colour="x", side="above right", place="level"),
-        ),
+        labels=(Label(x=0.0, y=parity.threshold, text=words, colour="x", side="above right", place="level"),),
         spans=spans,
         height=0.36,
         key="above",
     )
 
 
-def _name(fault: Json) -> str:
-    who = fault["sensor"] or "one of " + ", ".join(fault["candidates"])
-    return f"{who}: {fault['kind']}"
-
-
-def deviation_panel(document: Json) -> Panel:
+def deviation_panel(result: Combination) -> Panel:
     """Allan deviation of the combined axes, measured and predicted, beside the best sensor."""
-    unit, factor = display_unit(document["kind"], "adev")
-    tau = array(document["tau"])
+    unit, factor = display_unit(result.kind, "adev")
+    tau = result.tau
     curves = [
         Curve(
-            x=tau, y=array(document["single"]) / factor, label="best sensor, by models", colour="guide", style="dashed"
+            x=tau, y=result.single / factor, label="best sensor, by models", colour="guide", style="dashed"
         )
     ]  # fmt: skip
-    for m, axis in enumerate(document["axes"]):
+    for m, axis in enumerate(result.axes):
         colour = SERIES[m]
         predicted, measured, low, high = (
-            array(document[k])[:, m] / factor for k in ("predicted", "measured", "lower", "upper")
+            values[:, m] / factor
+            for values in (result.predicted, result.measured, result.lower, result.upper)
         )
         curves.append(Curve(x=tau, y=predicted, label=f"{axis}, by the models", colour=colour))
         if np.isfinite(measured).any():
@@ -112,16 +103,16 @@ def deviation_panel(document: Json) -> Panel:
     )
 
 
-def gain_panel(document: Json) -> Panel:
+def gain_panel(result: Combination) -> Panel:
     """How many times better than the best sensor, with its interval, and what constant weights cost."""
-    tau = array(document["tau"])
+    tau = result.tau
     curves = []
-    for m, axis in enumerate(document["axes"]):
-        gain, low, high = (array(document[k])[:, m] for k in ("gain", "gain_lower", "gain_upper"))
+    for m, axis in enumerate(result.axes):
+        gain, low, high = (values[:, m] for values in (result.gain, result.gain_lower, result.gain_upper))
         look: dict[str, Any] = {"colour": SERIES[m]}
-        expected = array(document["gain_predicted"])[:, m]
+        expected = result.gain_predicted[:, m]
         curves.append(Curve(x=tau, y=expected, label=f"{axis}, by the models", **look))
-        best = expected * array(document["loss"])[:, m]
+        best = expected * result.loss[:, m]
         if (best > 1.005 * expected).any():
             words = f"{axis}, weights made for each time"
             curves.append(Curve(x=tau, y=best, label=words, style="dashed", **look))
@@ -132,7 +123,7 @@ def gain_panel(document: Json) -> Panel:
                     label=f"{axis}, measured", **look,
                 )
             )  # fmt: skip
-    words = f"weights made for {document['averaging']:.3g} s"
+    words = f"weights made for {result.averaging:.3g} s"
     top = float(np.nanmax(np.concatenate([c.y for c in curves])))
     return Panel(
         title="Gain over the best sensor",
@@ -140,9 +131,7 @@ def gain_panel(document: Json) -> Panel:
         y=Axis(label="Deviation of one over combined", limits=(0.0, 1.5 * top)),
         curves=tuple(curves),
         labels=(
-            Label(
-                x=document["averaging"], y=0.0, text=words, colour="guide", side="above right", place="line"
-            ),
+            Label(x=result.averaging, y=0.0, text=words, colour="guide", side="above right", place="line"),
         ),
         height=0.36,
         key="above",

@@ -45,7 +45,6 @@ _PAGES = {
     "allanite-plan": "plan",
     "allanite-position-plan": "position_plan",
     "allanite-dead-reckoning": "dead_reckoning",
-    "allanite-combination": "redundancy",
     "allanite-datasheet": "datasheet",
     "allanite-difference": "difference",
     "allanite-overbound": "datasheet",

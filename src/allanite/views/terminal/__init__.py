@@ -17,7 +17,6 @@ from allanite.views.terminal.monitor import monitoring, show_monitor
 from allanite.views.terminal.page import show_document, show_models, show_page
 from allanite.views.terminal.position_plan import show_position_plan
 from allanite.views.terminal.recovery import show_compaction, show_recovery
-from allanite.views.terminal.redundancy import show_combination
 from allanite.views.terminal.study import (
     show_curve,
     show_findings,
@@ -36,7 +35,6 @@ __all__ = [
     "show_bounds",
     "show_calibration",
     "show_captured",
-    "show_combination",
     "show_compaction",
     "show_consumers",
     "show_curve",

@@ -9,7 +9,6 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``provisos``  aperture, scale factor, what a run lacks
 ``rates``    Earth rate, filter and plan
 ``north``    directions
-``redundancy``  combined sensors
 ``selection``  weights of sets of terms
 ``rate_table``  the response to a rate table
 ``datasheet``  statements of a data sheet, and bounds above a model
@@ -93,13 +92,6 @@ from allanite.views.wording.rates import (
     signed,
     tone,
 )
-from allanite.views.wording.redundancy import (
-    combination_facts,
-    fault_lines,
-    gain_lines,
-    shared_lines,
-    weight_lines,
-)
 from allanite.views.wording.selection import weight_words
 from allanite.views.wording.study import (
     COLUMNS,
@@ -159,7 +151,6 @@ __all__ = [
     "channel_names",
     "check_lines",
     "check_wordings",
-    "combination_facts",
     "consistency_lines",
     "contradictions",
     "degrees_of",
@@ -170,7 +161,6 @@ __all__ = [
     "earth_rate_lines",
     "earth_seen_words",
     "estimate_of",
-    "fault_lines",
     "filter_lines",
     "filter_verdict",
     "finding_kinds",
@@ -178,7 +168,6 @@ __all__ = [
     "findings_headline",
     "floor_lines",
     "function_of_latitude",
-    "gain_lines",
     "goal_words",
     "groups",
     "growth_rows",
@@ -221,7 +210,6 @@ __all__ = [
     "sentence",
     "severity_order",
     "share",
-    "shared_lines",
     "shown_symbol",
     "signed",
     "slope_reading",
@@ -232,7 +220,6 @@ __all__ = [
     "turn_lines",
     "turn_words",
     "unstated_words",
-    "weight_lines",
     "weight_words",
     "with_sd",
     "worst",
