@@ -477,7 +477,6 @@ def test_study_format_names_every_key_of_the_other_documents() -> None:
         model, rate=8.0, duration=600.0, seed=1, unit="deg/s", motion=Motion.rotation(spin), latitude=latitude
     )
     documents = [
-        plan(model, latitude=latitude, dwells=[30.0], durations=[600.0]).to_json(),
         filter_recording(table, model).to_json(),
         reference_aided(table, model, reference=0.0).to_json(),
     ]
@@ -489,6 +488,7 @@ def test_study_format_names_every_key_of_the_other_documents() -> None:
     results = [
         measure_earth_rate(take, model=model, latitude=latitude),
         find_north(table, model=model, latitude=latitude, rotation=Rotation(rate=spin)),
+        plan(model, latitude=latitude, dwells=[30.0], durations=[600.0]),
     ]
     keys = {key for result in results for key in result.to_json()} - {"format", "version"}
     assert not [key for key in keys if f"| `{key}` |" not in described]

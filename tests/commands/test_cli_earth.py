@@ -423,7 +423,7 @@ def test_a_plan_says_how_long_and_its_files_agree(run: Run, tmp_path: Path) -> N
     ]
     done = run(*arguments, "--out", tmp_path / "plan")
     assert done.code == 0
-    assert done.out.startswith("5 % (one standard deviation) is reached after ")
+    assert done.out.startswith("Goal reached. 5 % (one standard deviation) is reached after ")
     document = json.loads((tmp_path / "plan" / "plan.json").read_text(encoding="utf-8"))
     # With 2 s lost per turn: 3.5 % above the bound of 5.4 % in an hour without loss.
     assert document["sd"][1][0] / EARTH_RATE == pytest.approx(0.054 * 1.035, rel=0.02)
@@ -463,9 +463,9 @@ def test_a_goal_that_may_mean_something_else_is_refused(run: Run, options: list[
 def test_a_plan_without_white_noise_is_doubted(run: Run, tmp_path: Path) -> None:
     options = ["--dwells", "30", "--durations", "1h"]
     done = run("plan", "--model", "B=5 deg/h", *LATITUDE, *options, "--out", tmp_path)
-    assert "Warning: The model has no white noise" in done.out
+    assert "Doubtful. The model has no white noise" in done.out
     assert "The model has no white noise" in (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "Warning" not in run("plan", "--model", MODEL, *LATITUDE, *options).out
+    assert "Doubtful" not in run("plan", "--model", MODEL, *LATITUDE, *options).out
 
 
 def test_one_component_alone_gives_no_empty_table(run: Run, table: Path, tmp_path: Path) -> None:

@@ -226,8 +226,12 @@ def test_what_has_no_report_is_named() -> None:
 
 
 def test_a_document_of_a_later_version_is_not_drawn(tmp_path: Path) -> None:
-    (tmp_path / "plan.json").write_text('{"format": "allanite-plan", "version": 2}', encoding="utf-8")
-    with pytest.raises(FormatError, match="is version 2 of allanite-plan; this allanite reads version 1"):
+    (tmp_path / "plan.json").write_text(
+        '{"format": "allanite-position-plan", "version": 2}', encoding="utf-8"
+    )
+    with pytest.raises(
+        FormatError, match="is version 2 of allanite-position-plan; this allanite reads version 1"
+    ):
         render_file(tmp_path / "plan.json", tmp_path / "plan.html")
     assert not (tmp_path / "plan.html").exists()
 

@@ -318,6 +318,8 @@ def plan_of(
     """
     from allanite.experiments.planning import plan
     from allanite.study.model_file import load_models
+    from allanite.study.result_document import Provenance
+    from allanite.views.plan import rows
 
     models, _ = load_models(model)
     rates = {name: made for name, made in models.items() if made.kind == "rate"} or models
@@ -327,20 +329,11 @@ def plan_of(
         raise InputError(f"{model} has no model of channel {channel!r}; there are: {', '.join(rates)}")
     name = channel or next(iter(rates))
     made = plan(rates[name], stated=stated_in(options), **options)
-    document = {
-        **made.to_json(),
-        "provenance": provenance("", command=command),
-        "model_name": chosen_model(model, name)[1],
-    }
-    rows = [
-        {
-            "dwell_s": f"{row['dwell']:g}",
-            "duration_s": f"{row['duration']:g}",
-            "sd": f"{row['sd'] / made.unit:.6g}",
-            "total": f"{row['total'] / made.unit:.6g}",
-        }
-        for row in made.table()
-    ]
-    return MeasurementResult(
-        result=made, document=document, name="plan", tables={"plan.csv": rows}, lossy=False
+    return measured_result(
+        "plan",
+        made,
+        lossy=False,
+        tables={"plan.csv": rows(made)},
+        provenance=Provenance(**provenance("", command=command)),
+        model_name=chosen_model(model, name)[1],
     )

@@ -12,9 +12,11 @@ brings the same information, and longer records follow by a straight line.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from enum import StrEnum
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +26,13 @@ from allanite.experiments.north.budget import axis_terms
 from allanite.filtering.block_means import longest_block
 from allanite.filtering.regression import Whitener
 from allanite.noise import NoiseModel, White
-from allanite.plain_files.json_values import plain
+from allanite.quantities.earlier_documents import texts
 from allanite.quantities.earth import EARTH_RATE, checked_latitude
+from allanite.quantities.result import Result
 from allanite.quantities.setup_uncertainty import SetupUncertainty
+from allanite.quantities.verdict import Tone, Verdict
 
-__all__ = ["DURATIONS", "DWELLS", "LONGEST", "Plan", "plan"]
+__all__ = ["DURATIONS", "DWELLS", "LONGEST", "Plan", "PlanRemark", "PlanVerdict", "plan"]
 
 Array = NDArray[np.float64]
 What = Literal["rate", "north"]
@@ -49,16 +53,41 @@ HEADINGS = np.arange(72) * (math.pi / 36)
 RANK = 1e-9
 
 
+#: What is left of a goal that is not reached in time, in sentences of version 1.
+_LEFT = re.compile(r"uncertainties leave (\S+) (%|deg) then$")
+
+
+class PlanVerdict(Verdict):
+    """Is the goal reached?"""
+
+    NEVER = "never reached", "goal never reached", Tone.WARNING
+    LATE = "not within 30 days", "goal not reached within 30 days", Tone.WARNING
+    REACHED = "reached", "goal reached", Tone.GOOD
+
+
+class PlanRemark(StrEnum):
+    """What makes a plan doubtful."""
+
+    NO_WHITE = "no white noise"
+    UNDECIDED = "noise not decided"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Plan:
+class Plan(Result):
     """Standard deviations to be expected, by dwell and length of record.
 
     Attributes
     ----------
+    remarks : tuple of PlanRemark
+        What makes the plan doubtful: "no white noise" in the model, or "noise not decided" (see `undecided`).
+    verdict : PlanVerdict
+        "reached"; "not within 30 days" (see `left`); or "never reached", for the stated uncertainties.
     what : "rate" or "north"
+        What is planned.
     dwells : ndarray, shape (n,) [s]
         From the beginning of one turn to the beginning of the next.
     durations : ndarray, shape (m,) [s]
+        Lengths of record.
     sd : ndarray, shape (n, m) [rad/s or rad]
         Of the Earth rate, or of the heading (the largest over all headings; linear, so meaningful below some 20
         deg), by the noise alone; infinite where that record cannot tell it.
@@ -74,19 +103,29 @@ class Plan:
         The dwell that reaches the goal first, and when; None where none does.
     floor : float
         What no record comes below, for the stated uncertainties; like `goal`.
-    says : str
-        The plan in a sentence or two.
-    notes : tuple of str
-        What makes the plan doubtful.
-    budget : dict of str to float
+    left : float
+        What noise and stated uncertainties leave after 30 days, like `goal`.
+    budget : mapping of str to float
         The stated uncertainties that make up the floor, like `goal`.
     dead_time : float [s]
         Lost at each turn.
     latitude : float [rad]
-    positions, axes : int
+        Where it will be measured.
+    positions : int
+        Gone through in turn, evenly around.
+    axes : int
+        Horizontal axes.
     model : NoiseModel
+        Of the sensor.
+    undecided : bool
+        The record at rest leaves another model open, which needs less time.
     """
 
+    FORMAT: ClassVar[str] = "allanite-plan"
+    VERSION: ClassVar[int] = 2
+    STATED: ClassVar[tuple[str, ...]] = ("remarks",)
+
+    verdict: PlanVerdict
     what: What
     dwells: Array
     durations: Array
@@ -98,14 +137,71 @@ class Plan:
     dwell: float | None
     duration: float | None
     floor: float
-    says: str
-    notes: tuple[str, ...] = ()
-    budget: dict[str, float] = field(default_factory=dict)
+    left: float
+    budget: Mapping[str, float] = field(default_factory=dict)
     dead_time: float
     latitude: float
     positions: int
     axes: int
     model: NoiseModel = field(repr=False)
+    undecided: bool = False
+
+    @property
+    def says(self) -> str:
+        """The plan in a sentence or two."""
+        aim = f"{self.amount(self.goal)} (one standard deviation)"
+        match self.verdict:
+            case PlanVerdict.NEVER:
+                worst = max(self.budget, key=lambda name: self.budget[name])
+                return (
+                    f"{aim} is never reached: the stated uncertainties leave {self.amount(self.floor)}, most of it by "
+                    f"{worst} ({self.amount(self.budget[worst])})"
+                )
+            case PlanVerdict.LATE:
+                return (
+                    f"{aim} is not reached within 30 days: noise and stated uncertainties leave "
+                    f"{self.amount(self.left)} then"
+                )
+        return f"{aim} is reached after {self._when()}"
+
+    def _when(self) -> str:
+        first = int(np.nanargmin(self.reached))
+        near = self.dwells[self.reached <= 1.05 * self.reached[first]]
+        others = (
+            f"; dwells of {near.min():g} to {near.max():g} s need at most 5 % longer" if len(near) > 1 else ""
+        )
+        lost = (
+            f"{self.dead_time:g} s are lost at each turn" if self.dead_time else "no time is lost in turning"
+        )
+        return f"{_time(float(self.reached[first]))} with dwells of {self.dwells[first]:g} s, when {lost}{others}"
+
+    def amount(self, value: float) -> str:
+        """A goal, or what is compared with it, in people's units: 3 %, or 1 deg."""
+        return f"{100 * value:.3g} %" if self.what == "rate" else f"{math.degrees(value):.3g} deg"
+
+    @property
+    def remarks(self) -> tuple[PlanRemark, ...]:
+        """Codes of what makes the plan doubtful."""
+        return tuple(code for code, _ in self._doubts())
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What makes the plan doubtful, in sentences."""
+        return tuple(says for _, says in self._doubts())
+
+    def _doubts(self) -> Iterator[tuple[PlanRemark, str]]:
+        if not any(isinstance(term, White) for term in self.model.terms):
+            yield (
+                PlanRemark.NO_WHITE,
+                "the model has no white noise, and every sensor has some: the plan is too good, its dwells too short",
+            )
+        if self.undecided:
+            family = "flicker" if self.model.family == "flicker" else "the Gauss-Markov term"
+            says = (
+                "the record at rest cannot tell flicker from a Gauss-Markov term; the plan takes "
+                f"{family}, which needs the longer record"
+            )
+            yield PlanRemark.UNDECIDED, says
 
     @property
     def unit(self) -> float:
@@ -120,17 +216,20 @@ class Plan:
             for t, s, u in zip(self.durations, sd, total, strict=True)
         ]
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, SI units; null for what is infinite or does not exist."""
-        names = (
-            "what", "says", "notes", "goal", "dwell", "duration", "floor", "budget", "dead_time", "latitude",
-            "positions", "axes", "dwells", "durations", "sd", "total", "best", "reached",
-        )  # fmt: skip
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        """Version 1 held sentences for the verdict, for what is left and for doubts."""
+        if data.get("version") != 1:
+            return data
+        says = str(data.get("says"))
+        verdict = PlanVerdict.LATE if "not reached within" in says else PlanVerdict.REACHED
+        left = _LEFT.search(says)
         return {
-            "format": "allanite-plan",
-            "version": 1,
-            **{name: plain(getattr(self, name)) for name in names},
-            "model": self.model.to_json(),
+            **data,
+            "version": 2,
+            "verdict": PlanVerdict.NEVER if "is never reached" in says else verdict,
+            "left": None if left is None else float(left[1]) * (0.01 if left[2] == "%" else math.radians(1)),
+            "undecided": any("cannot tell flicker" in note for note in texts(data.get("notes"))),
         }
 
 
@@ -372,14 +471,7 @@ def _cautious(plans: Sequence[Plan]) -> Plan:
     if len(plans) == 1:
         return plans[0]
     worst = max(plans, key=lambda p: (p.duration or math.inf, float(np.min(p.total))))
-    note = (
-        "the record at rest cannot tell flicker from a Gauss-Markov term; the plan takes "
-        f"{'flicker' if worst.model.family == 'flicker' else 'the Gauss-Markov term'}, which needs the longer record"
-    )
-    return replace(worst, notes=(*worst.notes, note))
-
-
-# -- words ------------------------------------------------------------------------------------------------
+    return replace(worst, undecided=True)
 
 
 def _plan(
@@ -398,7 +490,9 @@ def _plan(
     first = int(np.argmin(reached))
     known = bool(np.isfinite(reached[first]))
     best = np.where(np.isfinite(sd).any(axis=0), dwells[np.argmin(sd, axis=0)], np.nan)
+    verdict = PlanVerdict.NEVER if floor >= goal else PlanVerdict.LATE
     return Plan(
+        verdict=PlanVerdict.REACHED if known else verdict,
         what=setting.what,
         dwells=dwells,
         durations=durations,
@@ -410,8 +504,7 @@ def _plan(
         dwell=float(dwells[first]) if known else None,
         duration=float(reached[first]) if known else None,
         floor=floor,
-        says=_sentence(setting, goal, dwells, reached, floor, budget, left),
-        notes=_notes(setting.model),
+        left=left,
         budget=budget,
         dead_time=setting.dead_time,
         latitude=setting.latitude,
@@ -419,56 +512,6 @@ def _plan(
         axes=setting.axes,
         model=setting.model,
     )
-
-
-def _sentence(
-    setting: _PlanSetting,
-    goal: float,
-    dwells: Array,
-    reached: Array,
-    floor: float,
-    budget: dict[str, float],
-    left: float,
-) -> str:
-    aim = f"{_amount(setting, goal)} (one standard deviation)"
-    if not np.isfinite(reached).any():
-        if floor >= goal:
-            worst = max(budget, key=lambda name: budget[name])
-            return (
-                f"{aim} is never reached: the stated uncertainties leave {_amount(setting, floor)}, most of it by "
-                f"{worst} ({_amount(setting, budget[worst])})"
-            )
-        return (
-            f"{aim} is not reached within 30 days: noise and stated uncertainties leave "
-            f"{_amount(setting, left)} then"
-        )
-    first = int(np.argmin(reached))
-    near = dwells[reached <= 1.05 * reached[first]]
-    others = (
-        f"; dwells of {near.min():g} to {near.max():g} s need at most 5 % longer" if len(near) > 1 else ""
-    )
-    lost = (
-        f"{setting.dead_time:g} s are lost at each turn"
-        if setting.dead_time
-        else "no time is lost in turning"
-    )
-    return (
-        f"{aim} is reached after {_time(float(reached[first]))} with dwells of {dwells[first]:g} s, when {lost}"
-        f"{others}"
-    )
-
-
-def _notes(model: NoiseModel) -> tuple[str, ...]:
-    if any(isinstance(term, White) for term in model.terms):
-        return ()
-    note = (
-        "the model has no white noise, and every sensor has some: the plan is too good, its dwells too short"
-    )
-    return (note,)
-
-
-def _amount(setting: _PlanSetting, value: float) -> str:
-    return f"{100 * value:.3g} %" if setting.what == "rate" else f"{math.degrees(value):.3g} deg"
 
 
 def _time(seconds: float) -> str:

@@ -50,6 +50,7 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
         "allanite.views.redundancy",
     ),
     "allanite-north": ("allanite.experiments.north", "NorthEstimate", "allanite.views.north"),
+    "allanite-plan": ("allanite.experiments.planning", "Plan", "allanite.views.plan"),
     "allanite-east-west-null": ("allanite.experiments.north", "EastWestNull", "allanite.views.null_test"),
 }
 

@@ -81,7 +81,7 @@ def plan(
     return to.deliver(
         "plan",
         lambda progress, **known: plan_of(place_of(model), **known, **options),
-        terminal.show_plan,
+        terminal.show_document,
         tables=["plan.csv"],
         quiet=True,
     )

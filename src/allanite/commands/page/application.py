@@ -504,6 +504,8 @@ class Application:
 
     @_answering
     async def plan(self, request: Request) -> Response:
+        from allanite.experiments.planning import Plan
+
         body = await self._body(request)
         task, python = await run_in_threadpool(planned, body, self.catalogue, self.settings)
         answer = await self._waited(self.quick.ask, {**task, "figure": {"dark": body.get("dark") is True}})
@@ -515,9 +517,12 @@ class Application:
             ]
             raise Refused(400, "\n".join(lines).removeprefix("allanite: ") or "this cannot be planned")
         document = json.loads(answer["stdout"])
+        result = Plan.from_json(document)
         return plain(
             {
                 "document": document,
+                "says": result.says,
+                "notes": result.notes,
                 "figure": answer.get("figure"),
                 "command": task["command"],
                 "python": python,

@@ -84,7 +84,7 @@ def lines_of(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spel
 def plan_lines(model: str, spelt: Spelt) -> str:
     """Lines of Python that plan, without files."""
     call = _call("commands.plan_of", [model], spelt, None)
-    return _with_imports(f"from allanite import commands\n\ndocument = {call}.document")
+    return _with_imports(f"from allanite import commands\n\ndocument = {call}.plain")
 
 
 def _with_imports(text: str) -> str:

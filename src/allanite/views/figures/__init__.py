@@ -515,12 +515,13 @@ def _comparison(result: Comparison, *, view: str = "whole") -> Sheet:
 
 
 def _plan(plan: Any) -> Sheet:
+    from allanite.experiments.planning import Plan
     from allanite.views.figures import plans
 
     many = list(plan) if isinstance(plan, (list, tuple)) else [plan]
-    documents = [one if isinstance(one, Mapping) else one.to_json() for one in many]
-    panels = [plans.dwell_panel(documents)]
-    return _column([*panels, plans.length_panel(documents[0])] if len(documents) == 1 else panels)
+    shown: list[Plan] = [Plan.from_json(one) if isinstance(one, Mapping) else one for one in many]
+    panels = [plans.dwell_panel(shown)]
+    return _column([*panels, plans.length_panel(shown[0])] if len(shown) == 1 else panels)
 
 
 def _known_view(view: str, views: Sequence[str], what: str) -> None:
@@ -565,7 +566,6 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-earth-rate"), _earth_rate),
     (_document("allanite-filtered"), _filtered),
     (_document("allanite-rate-vector"), _rate_vector),
-    (_document("allanite-plan"), _plan),
     (_document("allanite-position-plan"), _position_plan),
     (_document("allanite-dead-reckoning"), _dead_reckoning),
     (_document("allanite-datasheet"), _datasheet),

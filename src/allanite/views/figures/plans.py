@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from allanite.experiments.planning import Plan
 from allanite.quantities.earth import EARTH_RATE
 from allanite.views.figures.panel import (
     MARKERS,
@@ -18,28 +19,23 @@ from allanite.views.figures.panel import (
     Curve,
     Label,
     Panel,
-    array,
     positive_range,
 )
 from allanite.views.wording import duration
 
 __all__ = ["dwell_panel", "length_panel"]
 
-Json = Mapping[str, Any]
-
 _MOST = 6  # lengths of record that are told apart
 _LANDMARKS = ((60.0, "1 min"), (600.0, "10 min"), (3600.0, "1 h"), (86400.0, "1 d"), (604800.0, "7 d"))
 
 
-def dwell_panel(plans: Sequence[Json]) -> Panel:
+def dwell_panel(plans: Sequence[Plan]) -> Panel:
     """Standard deviation against dwell, for the lengths of one plan; or for one length and several dead times."""
     first = plans[0]
     curves = _dead_times(plans) if len(plans) > 1 else _lengths(first)
-    dwells = positive_range(first["dwells"])
+    dwells = positive_range(first.dwells)
     y = positive_range(*(c.y for c in curves), [_goal(first)])
-    dead = (
-        "no time lost in turning" if not first["dead_time"] else f"{first['dead_time']:g} s lost at each turn"
-    )
+    dead = "no time lost in turning" if not first.dead_time else f"{first.dead_time:g} s lost at each turn"
     many = len(plans) > 1
     title = "By dwell and dead time" if many else f"By dwell, {dead}; filled: the best dwell"
     within = f" in a record of {duration(_middle(first))}" if many else ""
@@ -54,22 +50,22 @@ def dwell_panel(plans: Sequence[Json]) -> Panel:
     )
 
 
-def length_panel(plan: Json) -> Panel:
+def length_panel(plan: Plan) -> Panel:
     """Standard deviation against the length of the record, each at its best dwell, with and without what is stated."""
     scale = _scale(plan)
-    noise, total = (_best(array(plan[k]) / scale) for k in ("sd", "total"))
-    x = array(plan["durations"])
+    noise, total = (_best(table / scale) for table in (plan.sd, plan.total))
+    x = plan.durations
     curves = [Curve(x=x, y=noise, label="by the noise alone, at the best dwell", colour="z", marker="circle")]
-    if plan["floor"]:
+    if plan.floor:
         look: dict[str, Any] = {"colour": "x", "style": "dashed", "marker": "square"}
         curves.append(Curve(x=x, y=total, label="with the stated uncertainties", **look))
     labels = [_goal_line(plan)]
-    ends = positive_range(x, [plan["duration"] or math.nan])
-    if plan["duration"] is not None:
-        text = f"{duration(plan['duration'])} with dwells of {plan['dwell']:g} s"
-        late = math.log(plan["duration"] / ends[0]) > 0.6 * math.log(ends[1] / ends[0])
+    ends = positive_range(x, [plan.duration or math.nan])
+    if plan.duration is not None:
+        text = f"{duration(plan.duration)} with dwells of {plan.dwell:g} s"
+        late = math.log(plan.duration / ends[0]) > 0.6 * math.log(ends[1] / ends[0])
         side = "below left" if late else "above right"
-        labels.append(Label(x=plan["duration"], y=_goal(plan), text=text, colour="ink", side=side))
+        labels.append(Label(x=plan.duration, y=_goal(plan), text=text, colour="ink", side=side))
     y = positive_range(*(c.y for c in curves), [_goal(plan)])
     return Panel(
         title="By length of the record",
@@ -85,9 +81,9 @@ def length_panel(plan: Json) -> Panel:
 # -- curves -----------------------------------------------------------------------------------------------
 
 
-def _lengths(plan: Json) -> tuple[Curve, ...]:
+def _lengths(plan: Plan) -> tuple[Curve, ...]:
     """One curve for each of some lengths; its best dwell is the filled point."""
-    table, lengths = array(plan["total"]) / _scale(plan), array(plan["durations"])
+    table, lengths = plan.total / _scale(plan), plan.durations
     curves = []
     for i, column in enumerate(_spread(np.isfinite(table).any(axis=0))):
         heights = table[:, column]
@@ -95,21 +91,21 @@ def _lengths(plan: Json) -> tuple[Curve, ...]:
     return tuple(curves)
 
 
-def _dead_times(plans: Sequence[Json]) -> tuple[Curve, ...]:
+def _dead_times(plans: Sequence[Plan]) -> tuple[Curve, ...]:
     """One curve for each plan, at the length that stands in the middle of the first."""
     curves = []
     for i, plan in enumerate(plans):
-        column = int(np.argmin(np.abs(np.log(array(plan["durations"]) / _middle(plans[0])))))
-        heights = (array(plan["total"]) / _scale(plan))[:, column]
-        curves.append(_curve(plan, heights, f"{plan['dead_time']:g} s lost at each turn", i))
+        column = int(np.argmin(np.abs(np.log(plan.durations / _middle(plans[0])))))
+        heights = (plan.total / _scale(plan))[:, column]
+        curves.append(_curve(plan, heights, f"{plan.dead_time:g} s lost at each turn", i))
     return tuple(curves)
 
 
-def _curve(plan: Json, heights: Array, label: str, number_: int) -> Curve:
+def _curve(plan: Plan, heights: Array, label: str, number_: int) -> Curve:
     heights = np.where(np.isfinite(heights), heights, np.nan)
     best = np.nanargmin(heights) if np.isfinite(heights).any() else -1
     return Curve(
-        x=array(plan["dwells"]),
+        x=plan.dwells,
         y=heights,
         label=label,
         colour=SERIES[number_ % len(SERIES)],
@@ -137,27 +133,27 @@ def _best(table: Array) -> Array:
 # -- scales -----------------------------------------------------------------------------------------------
 
 
-def _scale(plan: Json) -> float:
+def _scale(plan: Plan) -> float:
     """What one unit of the figure is: a percent of the rate, or a degree."""
-    return EARTH_RATE / 100 if plan["what"] == "rate" else math.radians(1)
+    return EARTH_RATE / 100 if plan.what == "rate" else math.radians(1)
 
 
-def _goal(plan: Json) -> float:
-    return float(100 * plan["goal"] if plan["what"] == "rate" else math.degrees(plan["goal"]))
+def _goal(plan: Plan) -> float:
+    return float(100 * plan.goal if plan.what == "rate" else math.degrees(plan.goal))
 
 
-def _goal_line(plan: Json) -> Label:
-    unit = "%" if plan["what"] == "rate" else "deg"
+def _goal_line(plan: Plan) -> Label:
+    unit = "%" if plan.what == "rate" else "deg"
     text = f"goal {_goal(plan):.3g} {unit}"
     return Label(x=0.0, y=_goal(plan), text=text, colour="limit", side="below", place="level")
 
 
-def _quantity(plan: Json) -> str:
-    return f"Standard deviation [{'% of the Earth rate' if plan['what'] == 'rate' else 'deg of heading'}]"
+def _quantity(plan: Plan) -> str:
+    return f"Standard deviation [{'% of the Earth rate' if plan.what == 'rate' else 'deg of heading'}]"
 
 
-def _middle(plan: Json) -> float:
-    lengths = array(plan["durations"])
+def _middle(plan: Plan) -> float:
+    lengths = plan.durations
     return float(lengths[lengths.size // 2])
 
 

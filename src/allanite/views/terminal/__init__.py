@@ -11,7 +11,6 @@ from allanite.views.terminal.exporting import show_consumers
 from allanite.views.terminal.measurements import (
     show_aided,
     show_filtered,
-    show_plan,
 )
 from allanite.views.terminal.monitor import monitoring, show_monitor
 from allanite.views.terminal.page import show_document, show_models, show_page
@@ -48,7 +47,6 @@ __all__ = [
     "show_models",
     "show_monitor",
     "show_page",
-    "show_plan",
     "show_position_plan",
     "show_recording",
     "show_recovery",

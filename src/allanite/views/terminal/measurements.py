@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from allanite.views.terminal.console import console, table_of
+from allanite.views.terminal.console import console
 from allanite.views.terminal.parts import (
     TONES,
     say_advice,
@@ -18,7 +18,6 @@ from allanite.views.terminal.parts import (
     say_verdict,
 )
 from allanite.views.wording import (
-    angle,
     filter_verdict,
     model_words,
     sentence,
@@ -27,40 +26,9 @@ from allanite.views.wording import (
 __all__ = [
     "show_aided",
     "show_filtered",
-    "show_plan",
 ]
 
 Json = Mapping[str, Any]
-
-
-def show_plan(document: Json, files: Sequence[object] = ()) -> None:
-    """The plan in a sentence, the table of standard deviations, and what it assumes."""
-    from rich.text import Text
-
-    from allanite.views.wording import goal_words, plan_table
-
-    out = console()
-    out.print(sentence(document["says"]))
-    for note in document.get("notes", ()):
-        out.print(Text(f"Warning: {sentence(note)}", TONES["warning"]))
-    out.print()
-    made = plan_table(document)
-    table = table_of(("Dwell", *made.durations, f"{goal_words(document)} after"))
-    for i, (dwell, cells, reached) in enumerate(made.rows):
-        marked = [Text(c, "bold" if made.best[j] == i else "") for j, c in enumerate(cells)]
-        table.add_row(dwell, *marked, reached)
-    out.print(table)
-    out.print(
-        f"Standard deviation in {made.unit}, by length of record; bold: the best dwell for that length."
-    )
-    out.print()
-    say_facts(
-        out,
-        ("lost at each turn", f"{document['dead_time']:g} s"),
-        ("latitude", angle(document["latitude"])),
-        ("noise", f"{document.get('model_name', 'given')}: {model_words(document['model'])}"),
-    )
-    say_files(out, files)
 
 
 def show_filtered(document: Json, files: Sequence[object] = ()) -> None:

@@ -132,4 +132,6 @@ def _cell(cell: Cell, *, kept: bool) -> Text:
     if cell.share is not None:
         bar = "█" * round(_LONGEST * cell.share) or "▏"
         return Text(f"{bar.ljust(_LONGEST)} {cell.text}")
-    return Text.assemble((cell.text, TONES.get(cell.look, "bold" if kept else "")), interval)
+    return Text.assemble(
+        (cell.text, TONES.get(cell.look, "bold" if kept or cell.look == "value best" else "")), interval
+    )

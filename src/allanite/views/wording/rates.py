@@ -15,7 +15,7 @@ from typing import Any, Protocol
 from allanite.noise import GaussMarkov, NoiseModel, Sinusoid
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.number_words import duration, interval, number, probability, with_sd
+from allanite.quantities.number_words import interval, number, probability, with_sd
 from allanite.quantities.residual_tests import ResidualTest
 from allanite.recording.health import Finding
 from allanite.views.wording.findings import own_words
@@ -27,7 +27,6 @@ __all__ = [
     "DEG_H",
     "CheckWording",
     "EarthRateWording",
-    "PlanTable",
     "aided_lines",
     "angle",
     "budget_lines",
@@ -40,11 +39,9 @@ __all__ = [
     "estimate_of",
     "filter_lines",
     "filter_verdict",
-    "goal_words",
     "headline",
     "known_rate",
     "model_words",
-    "plan_table",
     "sentence",
     "share",
     "signed",
@@ -321,59 +318,6 @@ def _chance(check: _Answered) -> str:
     if check.tries > 1:
         return f"{p}, multiplied by {check.tries} tries"
     return f"{p}, two-sided" if check.two_sided else p
-
-
-# -- plan -------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlanTable:
-    """Expected standard deviations as people read them: rows are dwells, columns lengths of record.
-
-    Attributes
-    ----------
-    unit : str
-    durations : list of str
-    rows : list of (dwell, list of texts, time to the goal)
-    best : list of int or None
-        Number of the best row in each column.
-    """
-
-    unit: str
-    durations: list[str]
-    rows: list[tuple[str, list[str], str]]
-    best: list[int | None]
-
-
-def plan_table(document: Json) -> PlanTable:
-    """The table of a plan."""
-    rate = document["what"] == "rate"
-    factor = EARTH_RATE / 100 if rate else DEG
-    totals = document["total"]
-    rows = [
-        (
-            duration(dwell),
-            ["–" if v is None else number(v / factor, 2) for v in line],
-            "not reached" if reached is None else duration(reached),
-        )
-        for dwell, line, reached in zip(document["dwells"], totals, document["reached"], strict=True)
-    ]
-    best: list[int | None] = []
-    for column in zip(*totals, strict=True):
-        known = [(v, i) for i, v in enumerate(column) if v is not None]
-        best.append(min(known)[1] if known else None)
-    return PlanTable(
-        unit="% of the Earth rate" if rate else "deg",
-        durations=[duration(t) for t in document["durations"]],
-        rows=rows,
-        best=best,
-    )
-
-
-def goal_words(document: Json) -> str:
-    """The goal of a plan: 3 %, or 1 deg."""
-    goal = document["goal"]
-    return f"{100 * goal:.3g} %" if document["what"] == "rate" else f"{goal / DEG:.3g} deg"
 
 
 # -- filter -----------------------------------------------------------------------------------------------

@@ -99,7 +99,7 @@ export class PlanView {
     fill(this.says,
       sd ? h("p", { class: "hero" }, h("span", { class: "amount" }, `${digits(sd * DEG_H, 3)} deg/h`), ` one standard deviation after ${duration(at.duration)}, turned every ${duration(at.dwell)}: ${digits((100 * sd) / EARTH, 2)} % of the Earth rate`) : null,
       one && !sd ? h("p", { class: "soft" }, "No pair of dwells fits into this record.") : null,
-      h("p", {}, whole.document.says), (whole.document.notes || []).map((n) => h("p", { class: "note" }, n)));
+      h("p", {}, whole.says), whole.notes.map((n) => h("p", { class: "note" }, n)));
     for (const name of ["dwell", "duration"]) this.inputs[name].input.closest(".slider").hidden = north;
     fill(this.same, lines(whole, this.same.querySelector("details")?.open));
     // The figure came with the plan; only a change of theme asks for it again.
