@@ -122,7 +122,7 @@ def _calibration(about: Circumstances, fit: Adjustment) -> Calibration:
         sensor, _, rest = name.partition(".")
         if rest.startswith("bias_") and not rest.startswith("bias_temperature"):
             values[k] += about.problem.offsets[sensor]["xyz".index(rest[-1])]
-    covariance = fit.solution.covariance * np.outer(sizes, sizes)
+    covariance = fit.covariance * np.outer(sizes, sizes)
     stated = dict(about.stated)
     relative = stated.pop("gravity", 0.0) / about.gravity
     scales = np.array(

@@ -22,6 +22,7 @@ from allanite.experiments.calibration.adjustment.scatter import (
     shift,
     sizes_of,
     upper_variance,
+    weighing_covariance,
 )
 from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, Earth, solve
 from allanite.experiments.calibration.adjustment.turning import TurningSamples
@@ -149,6 +150,11 @@ class Adjustment:
     def beyond(self) -> dict[str, float]:
         """Sizes of what is beyond the noise, by name."""
         return self.sizes.values
+
+    @property
+    def covariance(self) -> Array:
+        """Of the parameters, the errors of the weights included, shape (p, p)."""
+        return self.solution.covariance + weighing_covariance(self.solution, self.shapes, self.sizes)
 
     def upper_variance(self, confidence: float) -> Array:
         """Upper limits of the variance of each parameter over the variance that is stated, shape (p,)."""

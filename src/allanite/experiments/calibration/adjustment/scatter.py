@@ -15,6 +15,8 @@ References
    (1946) 110.
 .. [3] F. A. Graybill, C.-M. Wang, "Confidence intervals on nonnegative linear combinations of variances", JASA 75
    (1980) 869: what a sum exceeds its estimate by is the root of the sum of the squares of what its addends do.
+.. [4] M. G. Kenward, J. H. Roger, "Small sample inference for fixed effects from restricted maximum likelihood",
+   Biometrics 53 (1997) 983, section 2: weights that are estimates leave more variance than known ones.
 """
 
 from __future__ import annotations
@@ -42,6 +44,7 @@ __all__ = [
     "shift",
     "sizes_of",
     "upper_variance",
+    "weighing_covariance",
 ]
 
 Array = NDArray[np.float64]
@@ -221,6 +224,21 @@ def parameter_dof(solution: CalibrationSolution, shapes: Mapping[str, Array], si
     gain = solution.gain
     parts = [np.einsum("ki,ij,kj->k", gain, shapes[n], gain) * v**2 for n, v in sizes.values.items()]
     return satterthwaite(np.diag(solution.covariance), np.array(parts).reshape(-1, len(gain)), sizes.spread)
+
+
+def weighing_covariance(solution: CalibrationSolution, shapes: Mapping[str, Array], sizes: Sizes) -> Array:
+    """What the covariance of the parameters lacks because the sizes are estimates, shape (p, p).
+
+    Their errors weigh the observations wrongly, and the best weights are known too well: each adds half of this,
+    equation (5) of [4] where covariances are linear in the estimates.
+    """
+    gain = solution.gain
+    parts = [gain @ shapes[n] * v**2 for n, v in sizes.values.items()]
+    total = np.zeros((len(gain), len(gain)))
+    for i, first in enumerate(parts):
+        for j, second in enumerate(parts):
+            total += 2 * sizes.spread[i, j] * first @ solution.projector @ second.T
+    return total
 
 
 def satterthwaite(variance: Array, parts: Array, spread: Array) -> Array:
