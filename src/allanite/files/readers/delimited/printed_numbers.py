@@ -16,18 +16,20 @@ from allanite.files.readers.delimited.dialect import COMMENT
 
 __all__ = ["PrintedNumbers", "find_printed"]
 
-_NUMBER = r"[-+]?\.?\d"
+_NUMBER = r"(?:[-+]?\.?\d|(?:nan|[-+]?inf|None)\b)"
 #: Before a number, at the beginning of a cell: 0.123(4) is none.
-_OPEN = rf"(?:^|(?<=[\s,;:=(\[{{]))[(\[{{]+[ \t]*(?={_NUMBER}|[(\[{{])"
-_CLOSE = r"(?<=[\d.)\]}])[ \t]*[)\]}]+(?=$|[\s,;:)\]}])"
-_BETWEEN = r"(?<=[\d.)\]}\s])[ \t]*[,;][ \t]*|(?<=[\d)\]}]):[ \t]+"
-_AROUND = re.compile(rf"{_OPEN}|{_CLOSE}", re.MULTILINE)
-_MARKS = re.compile(rf"{_OPEN}|{_CLOSE}|{_BETWEEN}", re.MULTILINE)
+_OPEN = re.compile(rf"(?:^|(?<=[\s,;:=(\[{{]))[(\[{{]+[ \t]*(?={_NUMBER}|[(\[{{])", re.MULTILINE)
+#: Behind a number that is the whole cell: [m/s2] is none.
+_CLOSE = re.compile(
+    r"((?:^|[\s,;])(?:[-+]?[\d.]+(?:[eE][-+]?\d+)?|nan|[-+]?inf|None))[ \t]*[)\]}]+(?=$|[\s,;:)\]}])",
+    re.MULTILINE,
+)
+_BETWEEN = re.compile(r"(?<=[\d.\sfne])[ \t]*[,;][ \t]*|(?<=[\d\s]):[ \t]+")
 #: With a point: 12d5 may be a hexadecimal word.
 _EXPONENT = re.compile(r"(?<![\w.])([-+]?(?:\d+\.\d*|\.\d+))[dD]([-+]?\d{1,3})(?![\w.])")
 _MINUS = re.compile(r"\u2212(?=\.?\d)")
-#: 0,1; 0,2: the comma is a decimal sign.
-_COMMA = re.compile(r"\d,\d+;")
+#: 0,1; 0,2: the comma is a decimal sign. 01-Sep-2026 (23:59:59): one date. (1700000000.0) can0 320#22: frames of a bus.
+_OTHER = re.compile(r"\d,\d+;|\(\d\d:\d\d:|[\"#]")
 #: Share of the rows.
 _MOST = 0.6
 
@@ -69,7 +71,7 @@ def find_printed(
     """How they are read where rows hold such numbers; None for any other text."""
     rows = [line for line in lines if line.strip() and not _is_comment(line)]
     bracketed = delimiter is None and decimal != "," and _bracketed(rows)
-    changes = [(_MARKS, " ")] if bracketed else []
+    changes = [(_OPEN, " "), (_CLOSE, r"\1 "), (_BETWEEN, " ")] if bracketed else []
     if _most(rows, _EXPONENT.search):
         changes.append((_EXPONENT, r"\1E\2"))
     if any(map(_MINUS.search, rows)):
@@ -78,9 +80,7 @@ def find_printed(
 
 
 def _bracketed(rows: Sequence[str]) -> bool:
-    """Not with cells in quotes, frames of a bus (their stamp is in brackets), or decimal commas."""
-    other = any('"' in row or "#" in row or _COMMA.search(row) for row in rows)
-    return not other and _most(rows, _AROUND.search)
+    return _most(rows, _OPEN.search) and not any(map(_OTHER.search, rows))
 
 
 def _most(rows: Sequence[str], what: Callable[[str], object]) -> bool:
