@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import ast
 import re
+import statistics
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import allanite
+from raised_texts import raised_texts
 
 PACKAGE = Path(allanite.__file__).parent
 ROOT = Path(__file__).parents[1]
@@ -90,3 +92,10 @@ def test_the_patterns_find_what_they_are_for() -> None:
         "in spite of",
     ):
         assert retired(text), text
+
+
+def test_most_messages_are_short() -> None:
+    """Half of the error messages have at most 25 words; what a message adds to its sentence counts."""
+    lengths = [len(text.split()) for _, text in raised_texts(re.compile(r"\w \w"))]
+    assert len(lengths) > 1000
+    assert statistics.median(lengths) <= 25
