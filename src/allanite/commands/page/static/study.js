@@ -13,9 +13,9 @@ import { parameterTable } from "./parameters.js";
 import { isDark } from "./theme.js";
 import * as work from "./work.js";
 
-// Numbers of all axes first, then what is to be known of them.
+// The numbers of all axes first, in their tables: without scrolling, which the large ones would need. Then what is to be known.
 const FIRST = ["banner", "table"];
-const numbersFirst = (blocks) => [...FIRST.flatMap((kind) => blocks.filter((b) => b.kind === kind)), ...blocks.filter((b) => !FIRST.includes(b.kind))];
+const numbersFirst = (blocks) => [...FIRST.flatMap((kind) => blocks.filter((b) => b.kind === kind)), ...blocks.filter((b) => ![...FIRST, "numbers"].includes(b.kind))];
 
 /**
  * Show the study of a document of the catalogue.
