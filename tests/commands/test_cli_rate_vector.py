@@ -23,6 +23,7 @@ from allanite.quantities.earth import EARTH_RATE
 from allanite.study.model_file import model_of
 from allanite.views.figures import sheet_of
 from allanite.views.report import html_of, render_file
+from remade import without_links
 from shell import Run
 
 Array = NDArray[np.float64]
@@ -310,7 +311,7 @@ def test_every_document_gives_its_report_again(run: Run, logs: Path, east_west: 
         again = tmp_path / f"{name}.html"
         done = run("report", tmp_path / name / f"{name}.json", "-o", again)
         assert done.code == 0, done.err
-        assert again.read_bytes() == (tmp_path / name / "report.html").read_bytes()
+        assert without_links(again) == without_links(tmp_path / name / "report.html")
 
 
 @pytest.mark.parametrize(

@@ -251,7 +251,8 @@ def test_a_study_shows_both_and_models_the_sensor_alone(
 
     labels = {c.label for c in sheet_of(again).rows[0][0].curves}
     assert {"gyro", "instrument", "sensor"} <= labels
-    (cards,) = (b for b in page_of(again).blocks() if isinstance(b, Cards))
+    folded = [b for d in page_of(again).blocks() if isinstance(d, Details) for b in d.blocks]
+    (cards,) = (b for b in folded if isinstance(b, Cards))
     (apart,) = (
         b for _, blocks in cards.items for b in blocks if isinstance(b, Details) and "apart" in b.summary
     )

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from allanite.experiments.reference_aided import ReferenceAided
     from allanite.experiments.reversals import Reversals
     from allanite.noise import NoiseModel
+    from allanite.noise.allan.channel_curve import ChannelCurve
     from allanite.recording.records import Recording
-    from allanite.study.results import ChannelCurve
     from allanite.study.study import Study
     from allanite_seed_paper.figures import PaperFigure
 

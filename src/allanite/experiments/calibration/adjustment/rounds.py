@@ -74,8 +74,8 @@ LEAST_TOLD = 0.9
 #: hundred times as large as their noise do not settle.
 HAND = {ACCELEROMETER: 0.01, GYRO: 5e-3, TURNS: 5e-3}
 #: Turns of a unit in the hand are widened where chance would make them scatter so in at most this share of cases. Half
-#: of all sets of turns scatter a little more than their noise; widened for that, intervals of 95 % hold in 97 %. With this
-#: test they hold in 94.5 to 96 %, however large the scatter (`tests/experiments/test_weighing.py`).
+#: of all sets of turns scatter a little more than their noise; widened for that, intervals of 95 % hold in 97 %. With
+#: this test they hold in 94.5 to 96 %, however large the scatter (`tests/experiments/test_weighing.py`).
 HINTED = 0.2
 #: Rounds of scatter and fit.
 ROUNDS = 4
