@@ -145,6 +145,27 @@ def test_units_stated_by_sensor_are_those_of_their_columns(tmp_path: Path, count
     assert kinds == (["acceleration", "unknown", "unknown"] if count == 3 else ["unknown"] * 3)
 
 
+def test_units_stated_by_sensor_go_to_the_columns_that_they_fit(tmp_path: Path) -> None:
+    head = ["# gyro unit: deg/s", "# accel unit: g", "time [s],gx,gy,gz,ax,ay,az,other"]
+    path = tmp_path / "log.csv"
+    rows = [f"{k / 100:.2f}," + ",".join(f"{(k * j) % 7 / 10}" for j in range(1, 8)) for k in range(300)]
+    path.write_text("\n".join([*head, *rows]) + "\n", encoding="utf-8")
+    got = al.read(path)
+    assert [c.unit for c in got.channels] == ["deg/s"] * 3 + ["g"] * 3 + [""]
+
+
+@pytest.mark.parametrize("sign", ["-", "\u2212"])
+def test_rows_of_kinds_are_told_whatever_their_minus_sign(tmp_path: Path, sign: str) -> None:
+    values = np.round(np.random.default_rng(4).normal(size=(300, 3)), 4)
+    lines = []
+    for k, row in enumerate(values):
+        cells = ",".join(f"{v:.4f}" for v in row)
+        lines += [f"GYRO,{k / 100:.2f},{cells}", f"ACC,{k / 100:.2f},{cells}"]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines).replace("-", sign) + "\n", encoding="utf-8")
+    np.testing.assert_array_equal(values_of(al.read(path, variable="GYRO")), values)
+
+
 @pytest.mark.parametrize(
     ("heading", "unit"),
     [("Drehrate X in °/s", "°/s"), ("Acceleration in m/s^2", "m/s^2"), ("output in mV", "mV")],

@@ -9,6 +9,9 @@ without any door, and the page shows the lines that do.
 `page`         the page that `allanite serve` opens
 `monitor`      a run while it grows
 
+A declaration lies in the module that has the name of its command (`align`, `spectrum`); where the work needs more than
+one function of the library, `work` in it names the module that does it (`alignment`, `spectra`).
+
 Names below load on first use, as those of `allanite` do.
 """
 

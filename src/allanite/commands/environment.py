@@ -20,6 +20,6 @@ ENVIRONMENT = Command(
     ),
     example="allanite environment gyro.csv --temperature temp --warm-up model --out environment",
     options=(TEMPERATURE, WARM_UP, replace(MODEL, otherwise="fitted to the log"), CONFIDENCE, ACCEPT),
-    work="allanite.commands.residual:environment_of",
+    work="allanite.commands.environment_effects:environment_of",
     series="residual",
 )

@@ -10,11 +10,29 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Iterable, Sequence
-from typing import Literal
+from typing import Literal, Protocol, TypeVar
 
-__all__ = ["Sensor", "for_shell", "scale_option", "sensor_called", "unit_option", "ways_to_units"]
+from allanite.errors import InputError
+
+__all__ = [
+    "Sensor",
+    "channel_called",
+    "for_shell",
+    "scale_option",
+    "sensor_called",
+    "unit_option",
+    "ways_to_units",
+]
 
 Sensor = Literal["gyro", "accelerometer", "temperature", ""]
+
+
+class _Named(Protocol):
+    @property
+    def name(self) -> str: ...
+
+
+N = TypeVar("N", bound=_Named)
 
 # First match wins: gyro_temp is a temperature.
 _SENSORS: tuple[tuple[Sensor, re.Pattern[str]], ...] = (
@@ -35,6 +53,20 @@ _FACTORS: dict[tuple[str, Sensor], str] = {
     ("voltage", "gyro"): "24 mV/(deg/s)",
 }
 _PLAIN = re.compile(r"[\w@%+=:,./^-]+")
+
+
+def channel_called(name: str, channels: Sequence[N]) -> N:
+    """What a result says of the channel of this name.
+
+    Raises
+    ------
+    InputError
+        No such channel.
+    """
+    for channel in channels:
+        if channel.name == name:
+            return channel
+    raise InputError(f"no channel {name!r}; there are: {', '.join(c.name for c in channels)}")
 
 
 def sensor_called(name: str) -> Sensor:

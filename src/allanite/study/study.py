@@ -22,13 +22,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from allanite import __version__
-from allanite.errors import FormatError, InputError
+from allanite.errors import FormatError
 from allanite.fitting.instrument_floor import ready_floor
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.json_values import load_plain
 from allanite.quantities.result import Result, read_result
+from allanite.recording.channel_names import channel_called
 from allanite.recording.cleaning.rows import at_own_rates
 from allanite.recording.clock_channels import without_noise
 from allanite.recording.health import Finding, check, prepare
@@ -103,10 +104,7 @@ class Study(Result):
         InputError
             No such channel.
         """
-        for channel in self.channels:
-            if channel.name == name:
-                return channel
-        raise InputError(f"no channel {name!r} in the study; there are: {', '.join(self.names)}")
+        return channel_called(name, self.channels)
 
     def __repr__(self) -> str:
         return f"<Study of {self.provenance.source or 'samples in memory'}: {', '.join(self.names)}>"

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
-from allanite.errors import FormatError, InputError
+from allanite.errors import FormatError
 from allanite.fitting.likelihood import Maximum
 from allanite.fitting.selection.averaging import averaged
 from allanite.fitting.selection.search import MOST_MARKOV, ORDER, Letters, named
@@ -17,6 +17,7 @@ from allanite.fitting.verdict import stand_in_words, with_slow_notes
 from allanite.noise import Estimate, NoiseModel
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.quantities.result import Result
+from allanite.recording.channel_names import channel_called
 
 if TYPE_CHECKING:
     from allanite.noise.allan import AllanCurve
@@ -478,10 +479,7 @@ class TermSelection(Result):
         InputError
             No such channel.
         """
-        for channel in self.channels:
-            if channel.name == name:
-                return channel
-        raise InputError(f"no channel {name!r}; there are: {', '.join(c.name for c in self.channels)}")
+        return channel_called(name, self.channels)
 
     @property
     def verdict(self) -> SelectionVerdict:

@@ -15,6 +15,7 @@ from allanite.noise import NoiseModel
 from allanite.noise.spectrum import Spectrum
 from allanite.quantities.result import Result
 from allanite.quantities.verdict import Tone, Verdict
+from allanite.recording.channel_names import channel_called
 
 __all__ = ["ChannelSpectrum", "ModelAgreement", "Spectra"]
 
@@ -110,12 +111,7 @@ class Spectra(Result):
         InputError
             No such channel.
         """
-        from allanite.errors import InputError
-
-        for channel in self.channels:
-            if channel.name == name:
-                return channel
-        raise InputError(f"no channel {name!r}; there are: {', '.join(c.name for c in self.channels)}")
+        return channel_called(name, self.channels)
 
     @classmethod
     def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:

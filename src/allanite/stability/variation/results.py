@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from allanite.noise import NoiseModel
 from allanite.quantities.quantity import Quantity
 from allanite.quantities.result import Result
+from allanite.recording.channel_names import channel_called
 from allanite.stability.variation.verdict import ModelSource, VariationVerdict
 from allanite.stability.variation.words import (
     all_constant,
@@ -209,12 +210,7 @@ class Variation(Result):
         InputError
             No such channel.
         """
-        from allanite.errors import InputError
-
-        for channel in self.channels:
-            if channel.name == name:
-                return channel
-        raise InputError(f"no channel {name!r}; there are: {', '.join(c.name for c in self.channels)}")
+        return channel_called(name, self.channels)
 
     @property
     def verdict(self) -> VariationVerdict:

@@ -229,8 +229,8 @@ def parameter_dof(solution: CalibrationSolution, shapes: Mapping[str, Array], si
 def weighing_covariance(solution: CalibrationSolution, shapes: Mapping[str, Array], sizes: Sizes) -> Array:
     """What the covariance of the parameters lacks because the sizes are estimates, shape (p, p).
 
-    Their errors weigh the observations wrongly, and the best weights are known too well: each adds half of this,
-    equation (5) of [4] where covariances are linear in the estimates.
+    Their errors weigh the observations wrongly, and those that are found fit too well: each adds half of this. The
+    adjusted covariance of [4], section 2, where the covariance of the observations is linear in the estimates.
     """
     gain = solution.gain
     parts = [gain @ shapes[n] * v**2 for n, v in sizes.values.items()]

@@ -29,7 +29,7 @@ from allanite.files.readers.delimited.row_kinds import ChosenKind, choose_kind, 
 from allanite.files.readers.delimited.sentences import Sentences, find_sentences
 from allanite.files.readers.delimited.streams import TextStream, head_lines, other_lines, pieces
 from allanite.files.readers.delimited.suffixes import unit_behind
-from allanite.files.readers.headings import is_unit, read_heading, shared_unit
+from allanite.files.readers.headings import FITTING, is_unit, measures, read_heading, shared_unit
 from allanite.files.readers.stated_time import date_order, option_text
 from allanite.files.readers.table import Options, Table
 from allanite.quantities.units import QuantityKind, parse_unit
@@ -68,7 +68,7 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
         if printed is not None:
             others, lines = printed.head(others), printed.head(lines)
         bracketed = printed is not None and printed.bracketed
-        kinds = find_kinds(lines, others) if sentences is None and printed is None else None
+        kinds = find_kinds(lines, others) if sentences is None and not bracketed else None
         chosen = None
         if kinds is not None:
             chosen = choose_kind(stream, kinds, options.variable, options.channel_names, path.name)
@@ -346,15 +346,22 @@ def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
 
 
 def _units_in_turn(stated: list[str], dialect: Dialect, guesses: list[str]) -> tuple[str, ...]:
-    """Several units: one for each column of numbers, in their order, or none."""
+    """Several units: one for each column of numbers in their order, else the only one that a name allows."""
     numbers = [i for i, kind in enumerate(dialect.kinds) if kind in ("i", "f")]
     units = [""] * len(dialect.kinds)
     if len(stated) == len(numbers):
         for i, unit in zip(numbers, stated, strict=True):
             units[i] = unit if is_unit(unit) else ""
-    else:
-        listed = ", ".join(dict.fromkeys(filter(None, stated)))
-        guesses.append(f"the lines before the table state several units ({listed}): none is taken (--unit)")
+        return tuple(units)
+    for i in numbers:
+        allowed = FITTING.get(read_heading(dialect.headings[i]).group, set())
+        fitting = {unit for unit in stated if measures(unit) in allowed}
+        units[i] = fitting.pop() if len(fitting) == 1 else ""
+    listed = ", ".join(dict.fromkeys(filter(None, stated)))
+    taken = (
+        "each is taken where the name of a column allows no other" if any(units) else "none is taken (--unit)"
+    )
+    guesses.append(f"the lines before the table state several units ({listed}): {taken}")
     return tuple(units)
 
 

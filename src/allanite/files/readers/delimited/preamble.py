@@ -20,7 +20,7 @@ _RATES = (
     r"(?:\b|_)(?:fs|f_s|odr|abtastrate|(?:sample|sampling|output|data|output data|update)[ _-]?(?:rate|frequency))\b",
     r"(?<!baud )(?<!bit )\b(?:rate|frequency|frequenz)\b",
 )
-_PERIOD = r"(?:\b|_)(?:dt|ts|(?:sample|sampling|data)[ _-]?(?:interval|period|time)|period|tau0?)\b"
+_PERIOD = r"(?:\b|_)(?:dt|ts|(?:sample|sampling|data)[ _-]?(?:interval|period|time)|period|tau0)\b"
 _HERTZ = r"(?:\s*(?P<unit>[kM]?hz|sps|samples/s|1/s|s\^-1)(?![\w/])|(?!\s*[\w/°.]))"
 _SECONDS = r"\s*(?P<unit>[a-zµμ]+)?"
 #: Pattern, and whether it states the interval instead of the rate. A bare "rate" or "frequency" needs a sign:
