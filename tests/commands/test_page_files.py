@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from starlette.requests import Request
 
-from allanite.commands import residual
+from allanite.commands import environment_effects
 from allanite.commands.page import sniffing, uploads
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.uploads import DROPPED, name_for, receive
@@ -73,7 +73,7 @@ def test_results_sources_and_other_files_are_no_recordings(tmp_path: Path) -> No
         "words.txt": "these are words\nand no numbers at all\n",
         "allan.csv": "# format: allanite-curve\n1,2\n3,4\n",
         "over.csv": "# format: allanite-over-floor 1\n1,2\n3,4\n",
-        "gyro_x.csv": ",".join(residual._CURVE) + "\n1,2,3,4,5,6,7\n2,2,3,4,5,6,7\n",
+        "gyro_x.csv": ",".join(environment_effects._CURVE) + "\n1,2,3,4,5,6,7\n2,2,3,4,5,6,7\n",
         "zeros.bin": "\x00" * 100,
         "steps.json": '{\n "steps": [\n  {"a": 1},\n  {"b": [\n 2\n]}\n]\n}',
     }.items():
