@@ -83,7 +83,8 @@ def test_angles(text: str, degrees: float) -> None:
 def test_shares_rates_and_goals() -> None:
     assert [Share()(text) for text in ("3%", "500ppm", "0.03")] == [0.03, pytest.approx(5e-4), 0.03]
     assert Rate()("15 deg/h") == pytest.approx(15 * DEG / 3600)
-    assert [Goal()(text) for text in ("3 %", "0.03", "1deg")] == [
+    goals = [Goal()(text) for text in ("3 %", "0.03", "1deg")]
+    assert [(goal, goal.is_angle) for goal in goals] == [
         (0.03, False),
         (0.03, False),
         (pytest.approx(DEG), True),

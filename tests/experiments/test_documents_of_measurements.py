@@ -21,6 +21,8 @@ NAMES = sorted(path.stem for path in OLD.glob("*-1-*.json"))
 FORMATS = sorted({name.partition("-1-")[0] for name in NAMES})
 #: Parts with sentences of their own: why a stretch counts as a turn, findings, and where the document comes from.
 ELSEWHERE = ("reversals", "findings", "provenance", "recording")
+#: Names of positions of a unit: "on a corner, +x, -y and +z up".
+POSITIONS = ("words", "add")
 #: Codes of several words, "a bias follows the turns" the longest but one.
 LONGEST = 5
 
@@ -34,8 +36,8 @@ def texts(value: Any) -> Iterator[str]:
     if isinstance(value, str):
         yield value
     elif isinstance(value, dict):
-        for part in value.values():
-            yield from texts(part)
+        for key, part in value.items():
+            yield from () if key in POSITIONS else texts(part)
     elif isinstance(value, list):
         for part in value:
             yield from texts(part)
@@ -46,6 +48,10 @@ def before(name: str) -> dict[str, Any]:
     data = old(name)
     if name.startswith("combination"):
         return {**data, "advice": data["remarks"]}
+    if name.startswith("position-plan"):
+        undetermined = ("determined", "determined-edges", "bias-hides")
+        missed = "not determined" if name.endswith(undetermined) else "not reached"
+        return {**data, "verdict": "reached" if data["reached"] else missed}
     if name.startswith("plan"):
         verdicts = {"plan-1-never": "never reached", "plan-1-not-in-30-days": "not within 30 days"}
         return {**data, "verdict": verdicts.get(name, "reached")}

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,8 @@ from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.quantities.distributions import chi_square_quantile
 from allanite.recording.calibration import parameter_names
 from allanite.views.figures import sheet_of
-from allanite.views.wording import parameter_unit, planned_lines
+from allanite.views.position_plan import parameter_unit
+from pages import text_of
 from shell import Run
 
 LATITUDE = math.radians(48.1)
@@ -329,9 +331,13 @@ def test_the_command(run: Run, tmp_path: Path) -> None:
     assert rows[0] == "number,start_s,stop_s,position,roll_deg,pitch_deg,heading_deg"
     assert rows[1].startswith("1,0,5,z up,")
     assert len(rows) == len(document["positions"]) + 1
-    lines = {name: goal for name, _, _, goal in planned_lines(document)}
-    assert lines["gyro.misalignment_xy"] == "1.00"
-    assert lines["gyro.misalignment_yx"] == ""
+    plan = PositionPlan.from_json(document)
+    assert plan.goal("gyro.misalignment_xy") == pytest.approx(1e-3)
+    assert plan.goal("gyro.misalignment_yx") is None
+    report = text_of((out / "report.html").read_text())
+    assert re.search(r"gyro\.misalignment_xy mrad \S+ 1\.00 gyro\.misalignment_xz mrad \S+ gyro", report), (
+        report
+    )
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,6 @@ _HOMES = {
     "export_of": "exporting",
     "fit_file": "curves",
     "measure": "registry",
-    "plan_of": "earth",
     "read_part": "recordings",
     "write_measurement": "measurement",
     "write_results": "study",

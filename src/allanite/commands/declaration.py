@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A command that takes a log, or several, and yields a document, declared once for the command line and the page."""
+"""A command that takes logs or models and yields a document, declared once for the command line and the page."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ Advance = Callable[[float, str], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
-    """What a user can ask of a log, or of several.
+    """What a user can ask of a log, of several, or of a model.
 
     Attributes
     ----------
     name : str
-        Of the command, and of its document.
+        Of the command, and of its document; "plan positions" stands below "plan".
     title : str
         What the page calls it.
     summary, details : str
@@ -39,7 +39,8 @@ class Command:
     options : tuple of Option
         Besides those of reading a log and of where the result goes; `run` takes each under its name.
     takes : str
-        "recording", or "recordings": two or more, which `work` gets in a list.
+        "recording", "recordings": two or more, which `work` gets in a list; or "model": no log, but the noise models
+        that an option names.
     run : str
         "module:function" that makes a `Result` of a recording; "" where `work` does more than that.
     work : str
@@ -70,6 +71,8 @@ class Command:
         The page offers it: it needs no file but logs, models and lists.
     judged_here : collection of str
         Codes of findings that the measurement comes to itself.
+    brief : bool
+        The work is too short for a progress bar.
     summarized : bool
         A terminal shows a summary, which options unfold: --details, --si, --quiet.
     """
@@ -80,7 +83,7 @@ class Command:
     details: str
     example: str
     options: tuple[Option, ...]
-    takes: Literal["recording", "recordings"] = "recording"
+    takes: Literal["recording", "recordings", "model"] = "recording"
     run: str = ""
     work: str = ""
     tables: Mapping[str, str] = field(default_factory=dict)
@@ -95,6 +98,7 @@ class Command:
     headings_needed: bool = False
     on_page: bool = True
     judged_here: Collection[str] = ()
+    brief: bool = False
     summarized: bool = False
 
     @property
@@ -111,7 +115,7 @@ class Command:
         """What is wrong with options together; "" where nothing is."""
         usual = {o.python: o.default for o in self.options}
         given = {
-            name
+            name: value
             for name, value in options.items()
             if value is not None and value is not False and value != usual.get(name)
         }
@@ -119,7 +123,7 @@ class Command:
 
     def measure(
         self,
-        log: Place | Sequence[Place],
+        log: Place | Sequence[Place] = (),
         *,
         accept: Collection[str] = (),
         model: Place | None = None,
@@ -132,6 +136,8 @@ class Command:
 
         Parameters
         ----------
+        log : path, or sequence of path
+            None where it takes models.
         accept : collection of str
             Codes of fatal findings to go on in spite of.
         model : path, optional
@@ -168,8 +174,9 @@ class Command:
         """What the work does not take is left out."""
         work: Callable[..., MeasurementResult] = _loaded(self.work)
         declared = {o.python for o in self.options} | ({"source"} if self.takes == "recording" else set())
-        left_out = {"accept", "model", "source"} - declared
-        return work(log, **{name: value for name, value in options.items() if name not in left_out})
+        left_out = {"accept", "model", "source"} - declared | ({"progress"} if self.brief else set())
+        kept = {name: value for name, value in options.items() if name not in left_out}
+        return work(**kept) if self.takes == "model" else work(log, **kept)
 
     def _by_run(
         self,

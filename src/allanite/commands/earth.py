@@ -11,14 +11,13 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.commands.by_file import ByFile, headed, read_files, without_pauses
 from allanite.commands.means import read_means, record_of_means
-from allanite.commands.measurement import MeasurementResult, measured_result, origin_of, provenance
+from allanite.commands.measurement import MeasurementResult, measured_result, origin_of
 from allanite.commands.recordings import is_lossy, read_whole
 from allanite.commands.setup import stated_in
 from allanite.commands.turned import (
     LONGEST_TURN,
     TurnedRecord,
     checked,
-    chosen_model,
     gyro_of,
     gyros_of,
     model_for,
@@ -38,7 +37,7 @@ if TYPE_CHECKING:
     from allanite.recording.health import Finding
     from allanite.recording.records import Recording
 
-__all__ = ["earth_rate_of", "north_of", "plan_of"]
+__all__ = ["earth_rate_of", "north_of"]
 
 Json = Mapping[str, Any]
 Advance = Callable[[float, str], None]
@@ -304,36 +303,3 @@ def _table_of(
     names = [f"row {k}" for k in range(1, means.n + 1)]
     where = placed(record, spans, means.heading.tolist(), names, dead_time=0.0, guard=0.0)
     return record, where, findings, apart
-
-
-def plan_of(
-    model: str | os.PathLike[str], *, channel: str | None = None, command: str | None = None, **options: Any
-) -> MeasurementResult:
-    """A plan from a model out of a file or words; options are those of `stated_in` and of `plan`.
-
-    Raises
-    ------
-    InputError
-        Several models of rate sensors, and none chosen.
-    """
-    from allanite.experiments.planning import plan
-    from allanite.study.model_file import load_models
-    from allanite.study.result_document import Provenance
-    from allanite.views.plan import rows
-
-    models, _ = load_models(model)
-    rates = {name: made for name, made in models.items() if made.kind == "rate"} or models
-    if channel is None and len(rates) > 1:
-        raise InputError(f"{model} has several models: {', '.join(rates)}; choose one with --channel")
-    if channel is not None and channel not in rates:
-        raise InputError(f"{model} has no model of channel {channel!r}; there are: {', '.join(rates)}")
-    name = channel or next(iter(rates))
-    made = plan(rates[name], stated=stated_in(options), **options)
-    return measured_result(
-        "plan",
-        made,
-        lossy=False,
-        tables={"plan.csv": rows(made)},
-        provenance=Provenance(**provenance("", command=command)),
-        model_name=chosen_model(model, name)[1],
-    )

@@ -14,6 +14,8 @@ from allanite.commands.declaration import Command, Place
 from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.environment import ENVIRONMENT
 from allanite.commands.north import NORTH
+from allanite.commands.plan import PLAN
+from allanite.commands.position_plan import PLAN_POSITIONS
 from allanite.commands.rate_table import RATE_TABLE
 from allanite.commands.select import SELECT
 from allanite.commands.shared_noise import COMMON
@@ -35,6 +37,8 @@ COMMANDS: Mapping[str, Command] = {
         COMPARE,
         COMMON,
         ENVIRONMENT,
+        PLAN,
+        PLAN_POSITIONS,
         EARTH_RATE,
         NORTH,
         ALIGN,
@@ -44,6 +48,6 @@ COMMANDS: Mapping[str, Command] = {
 }
 
 
-def measure(name: str, log: Place | Sequence[Place], **options: object) -> MeasurementResult:
-    """Carry out a command on a log, or on several; see `Command.measure`."""
+def measure(name: str, log: Place | Sequence[Place] = (), **options: object) -> MeasurementResult:
+    """Carry out a command on a log, on several, or on none; see `Command.measure`."""
     return COMMANDS[name].measure(log, **options)  # type: ignore[arg-type]

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -16,7 +16,7 @@ class Rule(Protocol):
     @property
     def says(self) -> str: ...
 
-    def broken(self, given: Collection[str]) -> bool: ...
+    def broken(self, given: Mapping[str, object]) -> bool: ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,7 +37,7 @@ class Conflict:
     others: tuple[str, ...]
     says: str
 
-    def broken(self, given: Collection[str]) -> bool:
+    def broken(self, given: Mapping[str, object]) -> bool:
         """Whether options that were given exclude each other."""
         return self.one in given and any(name in given for name in self.others)
 
@@ -60,7 +60,7 @@ class Requirement:
     by: tuple[str, ...] = ()
     says: str
 
-    def broken(self, given: Collection[str]) -> bool:
+    def broken(self, given: Mapping[str, object]) -> bool:
         """Whether what is needed is missing."""
         asked = not self.by or any(name in given for name in self.by)
         return asked and not any(name in given for name in self.any_of)

@@ -51,6 +51,11 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
     ),
     "allanite-north": ("allanite.experiments.north", "NorthEstimate", "allanite.views.north"),
     "allanite-plan": ("allanite.experiments.planning", "Plan", "allanite.views.plan"),
+    "allanite-position-plan": (
+        "allanite.experiments.position_planning",
+        "PositionPlan",
+        "allanite.views.position_plan",
+    ),
     "allanite-east-west-null": ("allanite.experiments.north", "EastWestNull", "allanite.views.null_test"),
 }
 

@@ -11,8 +11,6 @@ from allanite.commands.cli import declared
 from allanite.commands.cli import noise
 from allanite.commands.cli import files
 from allanite.commands.cli import filtering
-from allanite.commands.cli import earth
-from allanite.commands.cli import position_plan
 from allanite.commands.cli import dead_reckoning
 from allanite.commands.cli import calibration
 from allanite.commands.cli import datasheet
@@ -38,13 +36,11 @@ __all__ = [
     "declared",
     "demo",
     "difference",
-    "earth",
     "files",
     "filtering",
     "main",
     "monitor",
     "noise",
-    "position_plan",
     "recording",
     "recovery",
     "serve",

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,7 @@ import click
 
 from allanite.commands.cli.options import log_options, place_of, with_options
 from allanite.commands.cli.positions import headed_files_of, position_option, single_log
-from allanite.commands.cli.program import command
+from allanite.commands.cli.program import command, example_of, family
 from allanite.commands.cli.results import Destination, results_in, series_option, style_options
 from allanite.commands.declaration import Command
 from allanite.commands.registry import COMMANDS
@@ -21,6 +22,11 @@ if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult
 
 __all__: list[str] = []
+
+Bundle = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+#: Commands that have further ones below their name.
+_FAMILIES: dict[str, click.Group] = {}
 
 
 def _saved(measured: MeasurementResult, path: str, *, force: bool) -> Path:
@@ -33,9 +39,7 @@ def _saved(measured: MeasurementResult, path: str, *, force: bool) -> Path:
 
 
 def _offered(declared: Command) -> None:
-    """Put a command under the program."""
-
-    several = declared.takes == "recordings"
+    """Put a command under the program, or below the one that it belongs to."""
 
     def run(
         to: Destination, style: dict[str, bool] | None = None, output: str | None = None, **options: Any
@@ -43,48 +47,77 @@ def _offered(declared: Command) -> None:
         from allanite.files.recording_file import refuse_recording
         from allanite.views.terminal import TerminalStyle, show_document
 
+        if click.get_current_context().invoked_subcommand is not None:
+            return 0
         shown = partial(show_document, style=TerminalStyle(**style or {}))
         given = {name: value for name, value in options.items() if value is not None}
+        _refuse_missing(declared, given)
         log = _subject(declared, given)
         if refusal := declared.refusal({**given, "plot": to.figure}):
             raise click.UsageError(refusal)
         if output is not None:
             refuse_recording(output, force=to.force)
         name = log if isinstance(log, str) else None
+        places = place_of(log) if isinstance(log, str) else [*map(place_of, log)]
         return to.by_default(declared.folder, name or "").deliver(
             declared.stem,
-            lambda **known: declared.measure(
-                place_of(log) if isinstance(log, str) else [*map(place_of, log)], **known, **given
-            ),
+            lambda **known: declared.measure(places, **known, **given),
             shown,
             tables=declared.beside,
             log=name,
             save=None if output is None else partial(_saved, path=output, force=to.force),
+            quiet=declared.brief,
         )
 
     run.__doc__ = f"{declared.summary}\n\n{declared.details}"
+    above, _, name = declared.name.rpartition(" ")
+    is_family = any(other.startswith(f"{declared.name} ") for other in COMMANDS)
     folder = declared.folder.format(log="<log>")
     for bundle in (
         results_in(folder),
         *((style_options,) if declared.summarized else ()),
         *((series_option(declared.series),) if declared.series else ()),
-        with_options(declared.options),
+        with_options(declared.options, asked_later=is_family),
         *((position_option(declared.positions),) if declared.positions else ()),
-        log_options,
-        (
-            click.argument(
-                "logs", metavar="RECORD RECORD..." if several else "LOG...", nargs=-1, required=True
-            )
-            if several or declared.positions
-            else click.argument("log")
-        ),
+        *_of_logs(declared),
     ):
         run = bundle(run)
-    command(declared.example, declared.name)(run)
+    if is_family:
+        _FAMILIES[declared.name] = family(declared.example, name)(run)
+    elif above:
+        _FAMILIES[above].command(name, epilog=example_of(declared.example))(run)
+    else:
+        command(declared.example, name)(run)
+
+
+def _of_logs(declared: Command) -> tuple[Bundle, ...]:
+    """The argument, and how it is read; none of a command that takes models."""
+    if declared.takes == "model":
+        return ()
+    several = declared.takes == "recordings"
+    if not (several or declared.positions):
+        return log_options, click.argument("log")
+    metavar = "RECORD RECORD..." if several else "LOG..."
+    return log_options, click.argument("logs", metavar=metavar, nargs=-1, required=True)
+
+
+def _refuse_missing(declared: Command, given: dict[str, Any]) -> None:
+    """What is required, and was not given: a command with others below its name cannot ask for it before."""
+    for option in declared.options:
+        if option.required and option.python not in given:
+            context = click.get_current_context()
+            raise click.MissingParameter(param_hint=f"'{option.flag}'", param_type="option", ctx=context)
 
 
 def _subject(declared: Command, given: dict[str, Any]) -> str | tuple[str, ...]:
-    """The log among what was given, or several, as typed; of several positions the first, all of them with headings."""
+    """The log among what was given, or several, as typed; of several positions the first, all of them with headings.
+
+    A command of models has none: they become places themselves.
+    """
+    if declared.takes == "model":
+        given |= {name: place_of(given[name]) for name in ("model",) if name in given}
+        given |= {name: [*map(place_of, given[name])] for name in ("models",) if name in given}
+        return ()
     if not (logs := given.pop("logs", ())):
         return str(given.pop("log"))
     if not declared.positions:

@@ -12,7 +12,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import click
 
@@ -44,6 +44,7 @@ __all__ = [
     "Frequencies",
     "GSensitivity",
     "Goal",
+    "Goals",
     "Lags",
     "Latitude",
     "Names",
@@ -221,11 +222,15 @@ class Durations(Listed):
         )
 
 
-class Aim(NamedTuple):
+class Aim(float):
     """A goal: a share, or an angle [rad]."""
 
-    value: float
     is_angle: bool
+
+    def __new__(cls, value: float, is_angle: bool) -> Aim:
+        aim = super().__new__(cls, value)
+        aim.is_angle = is_angle
+        return aim
 
 
 class Goal(click.ParamType[Any]):
@@ -247,6 +252,36 @@ class Goal(click.ParamType[Any]):
                 ctx,
             )
         return Aim(share, False)
+
+
+class Goals(Listed):
+    """Wanted standard deviations: gyro.scale=0.1%,accelerometer.bias=1mg; or an angle for a heading: 1deg."""
+
+    name = "goals"
+    parts = "mapping"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        if "=" not in value:
+            return Angle()(value, param, ctx)
+        out = {}
+        for part in value.split(","):
+            name, _, size = (text.strip() for text in part.partition("="))
+            sensor, _, rest = name.partition(".")
+            if sensor not in ("gyro", "accelerometer") or not rest or not size:
+                self.fail(f"{part!r}: write gyro.scale=0.1%, or accelerometer.bias_x=1mg", param, ctx)
+            out[name] = self._size(sensor, rest.partition("_")[0], size, param, ctx)
+        return out
+
+    def _size(
+        self, sensor: str, kind: str, text: str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        of_bias = Rate() if sensor == "gyro" else Acceleration()
+        kinds = {"scale": Share(), "misalignment": Angle(), "bias": of_bias}
+        if kind not in kinds:
+            self.fail(f"{kind!r} is none of bias, scale and misalignment", param, ctx)
+        return float(kinds[kind](text, param, ctx))
 
 
 class Angle(click.ParamType[Any]):
@@ -442,6 +477,9 @@ _KINDS: dict[str, click.ParamType[Any]] = {
     "by-channel": ByChannel(),
     "recording": click.Path(exists=True),
     "spans": Spans(),
+    "goal": Goal(),
+    "goals": Goals(),
+    "seconds-list": Durations(),
     "lines": Frequencies(),
     "seconds": Duration(),
     "degrees": Angle(),
@@ -458,22 +496,24 @@ _KINDS: dict[str, click.ParamType[Any]] = {
 """Type of an `Option` -> that of the command line; any other is text."""
 
 
-def click_option(declared: Option) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """An option as the command line takes it."""
+def click_option(
+    declared: Option, *, asked_later: bool = False
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """An option as the command line takes it; one that is required may be `asked_later`, by the command itself."""
     kind = (
         click.Choice(declared.choices)
         if declared.type == "choice"
         else _KINDS.get(declared.type, click.STRING)
     )
     more: dict[str, Any] = {}
-    if declared.type in ("texts", "findings"):
+    if declared.type in ("texts", "findings", "models"):
         more["multiple"] = True
     if declared.default is not None:
         shown = f"{100 * declared.default:g}%" if declared.type == "share" else declared.default
         more |= {"default": shown, "show_default": True}
     if declared.metavar:
         more["metavar"] = declared.metavar
-    if declared.required:
+    if declared.required and not asked_later:
         more["required"] = True
     if declared.type == "flag":
         more |= {"is_flag": True, "default": None} if "/" in declared.flag else {"is_flag": True}
@@ -484,15 +524,19 @@ def click_option(declared: Option) -> Callable[[Callable[..., Any]], Callable[..
         text = f"{text.removesuffix('.')}: {declared.detail}."
     if declared.otherwise:
         text += f"  [default: {declared.otherwise}]"
+    if declared.required and asked_later:
+        text += "  [required]"
     return click.option(declared.flag, declared.python, help=text, **more)
 
 
-def with_options(options: Iterable[Option]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """A command with options, in their order."""
+def with_options(
+    options: Iterable[Option], *, asked_later: bool = False
+) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """A command with options, in their order; see `click_option`."""
 
     def bundled(command: Callable[..., Any]) -> Callable[..., Any]:
         for declared in reversed(tuple(options)):
-            command = click_option(declared)(command)
+            command = click_option(declared, asked_later=asked_later)(command)
         return command
 
     return bundled

@@ -8,11 +8,11 @@ a kind: one entry here.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from allanite.commands.declaration import Command
-from allanite.commands.option import ACCEPT, LATITUDE, SETUP, Option, option
+from allanite.commands.option import ACCEPT, Option, option
 from allanite.commands.page.options import Spelt, code_of, described
 from allanite.commands.registry import COMMANDS
 
@@ -41,8 +41,6 @@ class JobKind:
         Files of the result that hold its document; the first that is there is it.
     lines : callable
         Makes the Python.
-    function : str
-        Of `allanite.commands`.
     reads : bool
         The options of reading a log apply.
     """
@@ -55,7 +53,6 @@ class JobKind:
     results: tuple[str, ...]
     required: tuple[str, ...] = ()
     out: str = "--out"
-    function: str = ""
     reads: bool = True
 
 
@@ -83,7 +80,7 @@ def lines_of(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spel
 
 def plan_lines(model: str, spelt: Spelt) -> str:
     """Lines of Python that plan, without files."""
-    call = _call("commands.plan_of", [model], spelt, None)
+    call = _planned("plan", model, spelt)
     return _with_imports(f"from allanite import commands\n\ndocument = {call}.plain")
 
 
@@ -124,17 +121,20 @@ def _check_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: 
     )
 
 
-def _measured_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
-    function = f"commands.{kind.function}"
-    call = _call(function, subjects, spelt, reading if kind.reads else None)
-    return (
-        f"from allanite import commands\n\nmeasured = {call}\ncommands.write_measurement(measured, {out!r})"
+def _planned(name: str, model: str, spelt: Spelt) -> str:
+    """A call that works on a noise model."""
+    return _call(
+        "commands.measure", [name], replace(spelt, arguments={"model": model, **spelt.arguments}), None
     )
 
 
 def _declared_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
     logs = [list(subjects)] if kind.takes == "recordings" else subjects
-    call = _call("commands.measure", [kind.command, *logs], spelt, reading)
+    call = (
+        _planned(kind.command, subjects[0], spelt)
+        if kind.takes == "model"
+        else _call("commands.measure", [kind.command, *logs], spelt, reading)
+    )
     return (
         f"from allanite import commands\n\nmeasured = {call}\ncommands.write_measurement(measured, {out!r})"
     )
@@ -162,15 +162,18 @@ def _report_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt:
 
 
 def _declared(command: Command) -> JobKind:
-    """The kind of work of a command that is declared."""
+    """The kind of work of a command that is declared; what it works on is no option."""
+    models = command.takes == "model"
+    options = [o for o in command.options if o.on_page and not (models and o.type == "model")]
     return JobKind(
         title=command.title,
         command=command.name,
         takes=command.takes,
-        options={o.python: o for o in command.options if o.on_page},
-        required=tuple(o.python for o in command.options if o.required),
+        options={o.python: o for o in options},
+        required=tuple(o.python for o in options if o.required),
         lines=_declared_lines,
         results=(f"{command.stem}.json", *command.documents),
+        reads=not models,
     )
 
 
@@ -202,29 +205,6 @@ KINDS: Mapping[str, JobKind] = {
         results=("models.json",),
     ),
     **{name: _declared(command) for name, command in COMMANDS.items() if command.on_page},
-    "plan": JobKind(
-        title="Plan",
-        command="plan",
-        takes="model",
-        options={
-            "latitude": LATITUDE,
-            "channel": option("text", "--channel", "Channel whose model to use, if there are several."),
-            "north": Option(type="flag", flag="--north", python="what", help="Plan a search for north."),
-            "goal": option("number", "--goal", "One standard deviation: a share (0.03), or degrees with north."),
-            "dead_time": option("seconds", "--dead-time", "Time lost at each turn.", default=2.0),
-            "dwells": option("seconds-list", "--dwells", "Times between turns."),
-            "durations": option("seconds-list", "--durations", "Record lengths."),
-            "axes": option("integer", "--axes", "Number of horizontal axes, with north.", default=1),
-            "positions": option("integer", "--positions", "Number of positions around the table, with north."),
-            "misalignment": option("degrees", "--misalignment", "Misalignment of the axes on the table, with north."),
-            **{o.python: o for o in SETUP},
-        },
-        required=("latitude",),
-        lines=_measured_lines,
-        function="plan_of",
-        results=("plan.json",),
-        reads=False,
-    ),
     "export": JobKind(
         title="Export",
         command="export",

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from allanite.commands import option
@@ -59,6 +59,7 @@ _ON_THE_PAGE = {
     "share": "number",
     "lines": "text",
     "findings": "texts",
+    "goal": "number",
     "latitude": "degrees",
     "turns": "spans",
 }
@@ -66,6 +67,8 @@ _ON_THE_PAGE = {
 
 def _help(option: Option) -> str:
     """What the page says of an option: its fields take numbers and lists where the command line takes words."""
+    if option.type == "goal":
+        return f"{option.help.removesuffix('.')}: a share (0.03), or degrees with north."
     if option.type == "turns":
         return "Turns by hand: [[start, stop], …]."
     if option.type == "headings":
@@ -121,6 +124,8 @@ def checked(options: Mapping[str, Option], given: Mapping[str, Any], place: Plac
             raise Refused(400, f"no option {str(name)[:60]!r}; there are: {', '.join(options) or 'none'}")
         if value is None or value is False or value == "" or value == []:
             continue
+        if option.type == "goal":  # what it is depends on what is planned
+            option = replace(option, type="degrees" if given.get("north") is True else "number")
         text, python = _spelt(option, name, value, place)
         words += [f"{option.flag}={t}" if t is not None else option.flag for t in text]
         target = inside.setdefault(option.inside, {}) if option.inside else arguments

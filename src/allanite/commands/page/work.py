@@ -98,7 +98,7 @@ def work_of(
     missing = [option for option in kind.required if given.get(option) in (None, "", {})]
     if missing:
         raise Refused(400, f"{kind.title}: give {' and '.join(missing)}")
-    spelt = _plan_options(given, desk) if name == "plan" else checked(kind.options, given, desk.place)
+    spelt = checked(kind.options, given, desk.place)
     target = folder if kind.out == "--out" or not kind.out else folder / _file_of(name, consumer)
     argv = _argv(kind, subjects, reading, spelt, desk.word(target), consumer)
     of = subjects_of[0][2] if kind.takes == "recording" else None
@@ -125,7 +125,7 @@ def planned(
     given = given_in(request, "options")
     if given.get("latitude") is None:
         raise Refused(400, "Plan: give latitude")
-    spelt = _plan_options(given, desk)
+    spelt = checked(KINDS["plan"].options, given, desk.place)
     command = shlex.join(["allanite", "plan", f"--model={word}", *spelt.words])
     task = {
         "task": "command", "cwd": str(settings.folder), "argv": ["plan", f"--model={word}", *spelt.words, "--json"],
@@ -187,19 +187,6 @@ def _file_of(name: str, consumer: str) -> str:
     from allanite.exporters import exporter
 
     return exporter(consumer).FILE_NAME
-
-
-def _plan_options(given: Mapping[str, Any], desk: _Desk) -> Spelt:
-    """Those of a plan: what its goal is depends on what is planned."""
-    options = dict(KINDS["plan"].options)
-    north = given.get("north") is True
-    if north:
-        options["goal"] = replace(options["goal"], type="degrees")
-    spelt = checked(options, given, desk.place)
-    arguments = dict(spelt.arguments)
-    if north:
-        arguments["what"] = "north"
-    return replace(spelt, arguments=arguments)
 
 
 def _subjects(

@@ -6,10 +6,18 @@
 ``prediction``   the covariance of a calibration from geometry and noise models.
 ``search``       the scheme that reaches the goals first: greedy, exchange, dwells.
 ``headings``     the same for a heading, from the covariance of an alignment.
-``results``      PositionPlan and what it is made of.
+``results``      PositionPlan and what it is made of; ``verdict``, ``words`` its codes and its sentences.
 """
 
 from allanite.experiments.position_planning.estimation import plan_positions
 from allanite.experiments.position_planning.results import PlannedPosition, PositionPlan, Scheme
+from allanite.experiments.position_planning.verdict import PositionPlanRemark, PositionPlanVerdict
 
-__all__ = ["PlannedPosition", "PositionPlan", "Scheme", "plan_positions"]
+__all__ = [
+    "PlannedPosition",
+    "PositionPlan",
+    "PositionPlanRemark",
+    "PositionPlanVerdict",
+    "Scheme",
+    "plan_positions",
+]

@@ -13,7 +13,7 @@ from allanite.errors import InputError
 from allanite.experiments.calibration.prediction import predict
 from allanite.experiments.position_planning.headings import heading_plan
 from allanite.experiments.position_planning.prediction import Forecast, PlannedUnit
-from allanite.experiments.position_planning.results import PlannedPosition, PositionPlan, Scheme
+from allanite.experiments.position_planning.results import Candidates, PlannedPosition, PositionPlan, Scheme
 from allanite.experiments.position_planning.schemes import STANDARD, candidates_of, words_of
 from allanite.experiments.position_planning.search import (
     Draft,
@@ -22,8 +22,8 @@ from allanite.experiments.position_planning.search import (
     nearest_dwell,
     worst_of,
 )
-from allanite.noise import NoiseModel, White
-from allanite.plain_files.counted import plural
+from allanite.experiments.position_planning.verdict import PositionPlanVerdict
+from allanite.noise import NoiseModel
 from allanite.quantities.attitude import angles_of
 from allanite.quantities.earth import normal_gravity
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Frame
@@ -57,7 +57,7 @@ def plan_positions(
     heading: bool = False,
     latitude: float | None = None,
     time: float | None = None,
-    candidates: str = "all",
+    candidates: Candidates = "all",
     most: int = 18,
     turn: float = 5.0,
     shortest: float = 5.0,
@@ -222,7 +222,7 @@ def _plan(
     wanted: dict[str, float],
     models: dict[str, NoiseModel],
     time: float | None,
-    candidates: str,
+    candidates: Candidates,
     advance: Progress,
 ) -> PositionPlan:
     dwell = dwell_for(unit, draft, targets) if time is None else (time - (draft.n - 1) * unit.turn) / draft.n
@@ -231,7 +231,6 @@ def _plan(
     dwells = _round(dwell * draft.shares, up=time is None)
     draft = Draft(ups=draft.ups, shares=dwells / dwells.mean())
     forecast = _told(unit, draft, dwells)
-    reached = bool(worst_of(forecast, targets) <= 1 + REACHED)
     first = max(draft.n * unit.shortest + (draft.n - 1) * unit.turn, 0.2 * forecast.total)
     totals = np.geomspace(first, STRETCHED * forecast.total, LENGTHS)
     advance(0.9, "comparing with the usual schemes")
@@ -241,11 +240,14 @@ def _plan(
     schemes = tuple(_scheme(unit, name, other, targets, forecast.total) for name, other in usual.items())
     groups = tuple(dict.fromkeys(map(_kind_of, unit.names)))
     return PositionPlan(
+        verdict=_verdict(forecast, targets),
         what="calibration",
         positions=_positions(draft, dwells),
         turn=unit.turn,
         total=forecast.total,
-        reached=reached,
+        given=time is not None,
+        shortest=unit.shortest,
+        candidates=candidates,
         worst=worst_of(forecast, targets),
         goals=wanted,
         names=forecast.names,
@@ -258,12 +260,17 @@ def _plan(
         running=_running(unit, draft, groups, totals),
         schemes=schemes,
         compared=compared,
-        says=_sentence(forecast, dwells, unit, targets, reached, time),
-        notes=_notes(forecast, models, unit, candidates),
         latitude=unit.latitude,
         rate=unit.rate,
         models=models,
     )
+
+
+def _verdict(forecast: Forecast, targets: Array) -> PositionPlanVerdict:
+    if worst_of(forecast, targets) <= 1 + REACHED:
+        return PositionPlanVerdict.REACHED
+    last = forecast.names[int(np.argmax(forecast.sd / targets))]
+    return PositionPlanVerdict.NOT_DETERMINED if last in forecast.open else PositionPlanVerdict.NOT_REACHED
 
 
 def _told(unit: PlannedUnit, draft: Draft, dwells: Array) -> Forecast:
@@ -347,53 +354,3 @@ def _scheme(unit: PlannedUnit, name: str, draft: Draft, targets: Array, total: f
         worst=worst if math.isfinite(worst) else None,
         open=draft.forecast(unit, dwell if reached else nearest_dwell(unit, draft, targets)).open,
     )
-
-
-# -- words --------------------------------------------------------------------------------------------------------
-
-
-def _sentence(
-    forecast: Forecast, dwells: Array, unit: PlannedUnit, targets: Array, reached: bool, time: float | None
-) -> str:
-    ratio = forecast.sd / targets
-    last = forecast.names[int(np.argmax(ratio))]
-    length = _time(forecast.total)
-    reach = f"{plural(len(dwells), 'position', 'reach')} the goals in {length}"
-    if time is not None:
-        return (
-            f"{plural(len(dwells), 'position')} in {length}: {last} comes to {ratio.max():.2g} times its goal, all "
-            "others nearer"
-        )
-    if reached and dwells.max() <= 1.01 * unit.shortest:
-        return f"{reach}, with the shortest rests"
-    if reached:
-        return f"{reach}; {last} needs the time"
-    if last in forecast.open:
-        return f"the goals are not reached: no position that may be chosen tells {last}"
-    return (
-        f"the goals are not reached with rests of up to an hour: {last} comes to {ratio.max():.2g} times its goal, for "
-        "slow noise does not average"
-    )
-
-
-def _time(seconds: float) -> str:
-    return f"{seconds / 60:.3g} min" if seconds >= 120 else f"{seconds:.3g} s"
-
-
-def _notes(
-    forecast: Forecast, models: Mapping[str, NoiseModel], unit: PlannedUnit, candidates: str
-) -> tuple[str, ...]:
-    out = []
-    if forecast.open:
-        more = {"faces": "edges, or all 26 positions", "edges": "corners"}.get(candidates)
-        hint = f": allow {more}" if more else ""
-        out.append(f"these positions do not determine {', '.join(forecast.open)}{hint}")
-    if any(not any(isinstance(t, White) for t in m.terms) for m in models.values()):
-        out.append("a model has no white noise, and every sensor has some: the plan is too good")
-    if unit.latitude is None and GYRO in models:
-        out.append(
-            "the latitude is not given: planned as at 45 deg, and the Earth's rotation counts as unknown"
-        )
-    if GYRO in models and not forecast.earth:
-        out.append("these gyros do not see the Earth's rotation in this time: it stays in their biases")
-    return tuple(out)

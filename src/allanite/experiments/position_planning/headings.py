@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from allanite.experiments.alignment.prediction import AlignmentPlan, predict_alignment
 from allanite.experiments.alignment.results import AlignmentPrediction
 from allanite.experiments.position_planning.results import PlannedPosition, PositionPlan, Scheme
+from allanite.experiments.position_planning.verdict import PositionPlanVerdict
 from allanite.noise import NoiseModel
 
 __all__ = ["heading_plan"]
@@ -73,11 +74,13 @@ def heading_plan(
         angle_sds |= {"roll": prediction.roll_sd, "pitch": prediction.pitch_sd}
     sd = np.array(list(angle_sds.values()))
     return PositionPlan(
+        verdict=_verdict(prediction.heading_sd, goal),
         what="heading",
         positions=setting.positions(best, total),
         turn=turn,
         total=prediction.duration,
-        reached=bool(prediction.heading_sd <= goal * (1 + 1e-9)),
+        given=time is not None,
+        shortest=shortest,
         worst=_finite(prediction.heading_sd / goal),
         goals={"heading": goal},
         names=tuple(angle_sds),
@@ -99,8 +102,6 @@ def heading_plan(
             for name, headings in SCHEMES.items()
         ),
         compared=compared,
-        says=_sentence(best, prediction, goal, time),
-        notes=_notes(prediction, models),
         latitude=latitude,
         rate=rate,
         models=dict(models),
@@ -197,32 +198,11 @@ def _best(setting: _Setting, reached: Mapping[str, float], time: float | None) -
     return next(name for name, c in known.items() if c <= (1 + WORTH) * least)
 
 
+def _verdict(sd: float, goal: float) -> PositionPlanVerdict:
+    if sd <= goal * (1 + 1e-9):
+        return PositionPlanVerdict.REACHED
+    return PositionPlanVerdict.NOT_REACHED if math.isfinite(sd) else PositionPlanVerdict.NOT_DETERMINED
+
+
 def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
-
-
-def _sentence(best: str, prediction: AlignmentPrediction, goal: float, time: float | None) -> str:
-    wanted = f"a heading to {math.degrees(goal):.3g} deg (one standard deviation)"
-    if not prediction.heading_sd <= goal * (1 + 1e-9) and time is None:
-        comes = (
-            f"after six hours it is {math.degrees(prediction.heading_sd):.3g} deg"
-            if math.isfinite(prediction.heading_sd)
-            else "the bias of these gyros hides the Earth"
-        )
-        return f"{wanted} is not reached: {comes}"
-    length = prediction.duration
-    words = f"{length / 60:.3g} min" if length >= 120 else f"{length:.3g} s"
-    if time is not None:
-        return f"{words} of {best}: a heading to {math.degrees(prediction.heading_sd):.3g} deg"
-    return f"{wanted} is reached after {words} with {best}"
-
-
-def _notes(prediction: AlignmentPrediction, models: Mapping[str, NoiseModel]) -> tuple[str, ...]:
-    out = []
-    if not prediction.resolves:
-        out.append(
-            "these gyros do not see the Earth's rotation well enough in this time: there will be no north"
-        )
-    if "accelerometer" not in models:
-        out.append("no noise of accelerometers is given: they count as perfect")
-    return tuple(out)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from allanite.experiments.alignment import AlignmentEstimate
     from allanite.experiments.north import NorthEstimate
+    from allanite.experiments.position_planning import PositionPlan
     from allanite.experiments.rate_table import RateTableEstimate
     from allanite.experiments.redundancy import Combination
     from allanite.fitting.selection import TermSelection
@@ -476,15 +477,14 @@ def _rate_table(shown: RateTableEstimate, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"this run on a rate table has no figure {view!r}")
 
 
-def _position_plan(plan: Any, *, view: str = "whole") -> Sheet:
+def _position_plan(plan: PositionPlan, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import position_plan
 
     _known_view(view, position_plan.VIEWS, "a plan of positions")
-    document = plan if isinstance(plan, Mapping) else plan.to_json()
     parts: Parts = {
-        "sphere": lambda: position_plan.sphere_panels(document),
-        "length": lambda: [position_plan.length_panel(document)],
-        "schemes": lambda: [position_plan.scheme_panel(document)],
+        "sphere": lambda: position_plan.sphere_panels(plan),
+        "length": lambda: [position_plan.length_panel(plan)],
+        "schemes": lambda: [position_plan.scheme_panel(plan)],
     }
     return _in_view(parts, view, f"this plan of positions has no figure {view!r}")
 
@@ -566,7 +566,6 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-earth-rate"), _earth_rate),
     (_document("allanite-filtered"), _filtered),
     (_document("allanite-rate-vector"), _rate_vector),
-    (_document("allanite-position-plan"), _position_plan),
     (_document("allanite-dead-reckoning"), _dead_reckoning),
     (_document("allanite-datasheet"), _datasheet),
     (_document("allanite-overbound"), _bounds),

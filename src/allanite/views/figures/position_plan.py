@@ -3,18 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
-from allanite.views.figures.panel import MARKERS, SERIES, Axis, Curve, Label, Panel, array, positive_range
+from allanite.experiments.position_planning import PositionPlan
+from allanite.views.figures.panel import MARKERS, SERIES, Array, Axis, Curve, Label, Panel, positive_range
 from allanite.views.figures.sphere import Spot, sphere_panel
 from allanite.views.wording import duration
 
 __all__ = ["VIEWS", "length_panel", "scheme_panel", "sphere_panels"]
-
-Json = Mapping[str, Any]
 
 VIEWS = ("whole", "sphere", "length", "schemes")
 #: Schemes that never come nearer to their goals than this are left out: they do not determine something.
@@ -22,58 +18,65 @@ _FAR = 30.0
 _LANDMARKS = ((60.0, "1 min"), (600.0, "10 min"), (3600.0, "1 h"), (21600.0, "6 h"))
 
 
-def sphere_panels(document: Json) -> list[Panel]:
+def sphere_panels(plan: PositionPlan) -> list[Panel]:
     """Which way is up in each position; nothing for headings, which are all upright."""
-    if document["what"] != "calibration":
+    if plan.what != "calibration":
         return []
-    spots = [Spot(up=tuple(p["up"]), label=str(p["number"])) for p in document["positions"]]
+    spots = [Spot(up=p.up, label=str(p.number)) for p in plan.positions]
     return [sphere_panel(spots, title="Which way is up, in the axes of the sensor, in this order")]
 
 
-def length_panel(document: Json) -> Panel:
+def length_panel(plan: PositionPlan) -> Panel:
     """Standard deviation of each kind over its goal, by length of record."""
-    totals, running = array(document["totals"]), array(document["running"])
     curves = []
-    for i, name in enumerate(document["groups"]):
-        goal = _goal(document["goals"], name)
-        if goal is not None and np.isfinite(running[:, i]).any():
+    for i, name in enumerate(plan.groups):
+        goal = _goal(plan, name)
+        if goal is not None and np.isfinite(plan.running[:, i]).any():
             curves.append(
                 Curve(
-                    x=totals, y=running[:, i] / goal, label=name.replace(".", ": "), colour=SERIES[i % 6],
+                    x=plan.totals,
+                    y=_known(plan.running[:, i] / goal),
+                    label=name.replace(".", ": "),
+                    colour=SERIES[i % 6],
                     marker=MARKERS[i % 6],
                 )
-            )  # fmt: skip
-    return _against_length(document, "Largest standard deviation of each kind", curves)
+            )
+    return _against_length(plan, "Largest standard deviation of each kind", curves)
 
 
-def scheme_panel(document: Json) -> Panel:
+def scheme_panel(plan: PositionPlan) -> Panel:
     """The plan beside the usual schemes."""
-    totals = array(document["totals"])
     curves = [
         Curve(
-            x=totals,
-            y=array(values),
+            x=plan.totals,
+            y=_known(values),
             label=name,
             colour=SERIES[2] if i == 0 else SERIES[(3, 4, 5, 0)[(i - 1) % 4]],
             style="solid" if i == 0 else "dashed",
             marker=MARKERS[i % 6],
         )
-        for i, (name, values) in enumerate(document["compared"].items())
-        if np.nanmin(array(values), initial=np.inf) < _FAR
+        for i, (name, values) in enumerate(plan.compared.items())
+        if np.nanmin(_known(values), initial=np.inf) < _FAR
     ]
-    return _against_length(document, "This plan and other schemes", curves)
+    return _against_length(plan, "This plan and other schemes", curves)
 
 
-def _goal(goals: Json, group: str) -> float | None:
+def _known(values: Array) -> Array:
+    """What is infinite is not drawn."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def _goal(plan: PositionPlan, group: str) -> float | None:
     """The strictest of a kind."""
-    values = [goal for key, goal in goals.items() if key == group or key.rpartition("_")[0] == group]
+    values = [goal for key, goal in plan.goals.items() if key == group or key.rpartition("_")[0] == group]
     return min(values) if values else None
 
 
-def _against_length(document: Json, title: str, curves: list[Curve]) -> Panel:
-    x, y = array(document["totals"]), positive_range(*(c.y for c in curves), [1.0])
-    ends = min(0.8 * float(x.min()), 0.8 * document["total"]), float(x.max())
+def _against_length(plan: PositionPlan, title: str, curves: list[Curve]) -> Panel:
+    x, y = plan.totals, positive_range(*(c.y for c in curves), [1.0])
+    ends = min(0.8 * float(x.min()), 0.8 * plan.total), float(x.max())
     marks = tuple((t, words) for t, words in _LANDMARKS if ends[0] < t < ends[1])
+    planned = f"the plan, {duration(plan.total)}"
     return Panel(
         title=title,
         x=Axis(label="Length of the record [s]", log=True, limits=ends, landmarks=marks),
@@ -81,11 +84,8 @@ def _against_length(document: Json, title: str, curves: list[Curve]) -> Panel:
         curves=tuple(curves),
         labels=(
             Label(x=ends[0], y=1.0, text="goal", colour="guide", side="above right", place="level"),
-            Label(
-                x=document["total"], y=y[0], text=f"the plan, {duration(document['total'])}", colour="ink",
-                side="above right", place="line",
-            ),
+            Label(x=plan.total, y=y[0], text=planned, colour="ink", side="above right", place="line"),
         ),
         height=0.44,
         key="above",
-    )  # fmt: skip
+    )

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
 
-``filtered``, ``calibration``, ``position_plan``, ...
+``filtered``, ``calibration``, ``datasheet``, ...
     What the page of each result says, from its plain document; of a result that has a view, that says it.
 ``frame.html``
     How every page is laid out; ``sections.html`` fills it, ``page.css`` and ``page.js`` are put into it.
@@ -42,7 +42,6 @@ _PAGES = {
     "allanite-filtered": "filtered",
     "allanite-reference-aided": "filtered",
     "allanite-calibration-estimate": "calibration",
-    "allanite-position-plan": "position_plan",
     "allanite-dead-reckoning": "dead_reckoning",
     "allanite-datasheet": "datasheet",
     "allanite-difference": "difference",

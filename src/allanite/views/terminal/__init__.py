@@ -14,7 +14,6 @@ from allanite.views.terminal.measurements import (
 )
 from allanite.views.terminal.monitor import monitoring, show_monitor
 from allanite.views.terminal.page import show_document, show_models, show_page
-from allanite.views.terminal.position_plan import show_position_plan
 from allanite.views.terminal.recovery import show_compaction, show_recovery
 from allanite.views.terminal.study import (
     show_curve,
@@ -47,7 +46,6 @@ __all__ = [
     "show_models",
     "show_monitor",
     "show_page",
-    "show_position_plan",
     "show_recording",
     "show_recovery",
 ]

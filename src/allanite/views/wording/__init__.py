@@ -54,13 +54,6 @@ from allanite.views.wording.findings import (
 )
 from allanite.views.wording.floor import floor_lines
 from allanite.views.wording.north import arcs_words, degrees_of, direction_words
-from allanite.views.wording.position_plan import (
-    parameter_unit,
-    plan_facts,
-    planned_lines,
-    position_rows,
-    scheme_lines,
-)
 from allanite.views.wording.provisos import missing_lines, provisos, record_facts
 from allanite.views.wording.rate_table import PPM, output_unit, scale_unit
 from allanite.views.wording.rates import (
@@ -182,11 +175,7 @@ __all__ = [
     "output_unit",
     "pair_lines",
     "parameter_groups",
-    "parameter_unit",
-    "plan_facts",
-    "planned_lines",
     "position_lines",
-    "position_rows",
     "probability",
     "provisos",
     "quantity_words",
@@ -199,7 +188,6 @@ __all__ = [
     "said_of",
     "scale_unit",
     "scatter_lines",
-    "scheme_lines",
     "sensor_words",
     "sentence",
     "severity_order",
