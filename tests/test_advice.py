@@ -245,9 +245,16 @@ def table_of(t: np.ndarray, y: Samples, unit: str, stem: str = "u") -> str:
     return "\n".join([head, *(",".join(f"{v:.9g}" for v in row) for row in np.column_stack([t, y])), ""])
 
 
+def batches_of_five_and_six(rng: Rng) -> str:
+    """A sensor of 1250 Hz whose logger takes five samples together, and sometimes six."""
+    t = np.cumsum(rng.choice([4.0e-3, 4.8e-3], N, p=[0.93, 0.07]))
+    return table_of(t, 0.05 * rng.standard_normal((N, 1)), "deg/s")
+
+
 RUNS: list[tuple[Callable[[Rng], str], str, list[str], list[list[str]]]] = [
     # what is in the file, its finding, words that its advice must hold, what the user adds to its options
     (a_step_back, "time_stamps", ["--rate"], [["--rate", "100"]]),
+    (batches_of_five_and_six, "off_grid", ["--rate"], []),
     (stamps_twice, "duplicate_stamps", ["--repair drop_duplicate_rows"], []),
     (marks_behind_numbers, "cell_suffix", ["--unit"], [["--unit", "u2=deg/s"]]),
     (lost_at_random, "missing", ["allanite characterize LOG --method likelihood"], []),

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
 from allanite.files.readers.timebase import ArrayStamps, Timebase, even_grid, fit_grid, resolution_of
+from allanite.recording.health.log import OFF_GRID
 
 K = np.arange(20_000)
 
@@ -261,9 +262,43 @@ def test_every_sample_keeps_its_place_and_every_pause_is_a_gap(first: int) -> No
         far += np.ptp(off) / 2 > 0.65
         span = float(np.ptp(log.taken))
         assert abs((base.length - 1) / base.rate - span) < 2 * log.interval, seed
+        assert base.facts["off_grid"] <= OFF_GRID, seed
         wrong += abs(base.facts["gaps"] - len(log.pauses))
         pauses += len(log.pauses)
     assert far <= 2 and wrong <= 1 + 0.01 * pauses
+
+
+def off_grid(stamps: NDArray[np.float64]) -> bool:
+    """Whether the log is refused: by the reader, or by what it notes."""
+    try:
+        return bool(grid(stamps).facts["off_grid"] > OFF_GRID)
+    except DataQualityError:
+        return True
+
+
+@pytest.mark.parametrize("first", range(0, 200, 20))
+def test_samples_whose_errors_of_place_add_up_are_off_the_grid(first: int) -> None:
+    """A logger that takes some intervals longer than others: its samples walk away from every even grid."""
+    for seed in range(first, first + 20):
+        rng = np.random.default_rng([20261127, seed])
+        n = int(rng.integers(2000, 20_000))
+        longer, share = rng.uniform(0.15, 0.45), rng.uniform(0.05, 0.5)
+        steps = longer * (rng.random(n) < share)
+        walk = np.cumsum(steps - steps.mean())
+        line = np.polyval(np.polyfit(np.arange(n), walk, 1), np.arange(n))
+        far = np.mean(np.abs(walk - line) > 1.0) > 0.1
+        assert off_grid(np.cumsum(1.0 + steps) * 10 ** rng.uniform(-3, 1)) or not far, seed
+
+
+@pytest.mark.parametrize("first", range(0, 200, 20))
+def test_a_clock_that_drifts_slowly_leaves_its_samples_on_the_grid(first: int) -> None:
+    for seed in range(first, first + 20):
+        rng = np.random.default_rng([20261128, seed])
+        k = np.arange(int(rng.integers(5000, 60_000)))
+        ppm, turns = rng.uniform(-400, 400), rng.uniform(0.1, len(k) / 40_000)
+        clock = 1e-6 * ppm * np.sin(2 * np.pi * (turns * k / len(k) + rng.random()))
+        stamps = np.cumsum(1.0 + clock) + rng.choice([0.0, 0.05, 0.2]) * rng.uniform(-1, 1, len(k))
+        assert not off_grid(stamps * 10 ** rng.uniform(-3, 1)), seed
 
 
 @pytest.mark.parametrize("step", [0.0, 1.0])

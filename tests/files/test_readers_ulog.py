@@ -12,6 +12,7 @@ import pytest
 
 from allanite.errors import InputError
 from allanite.files.readers import read, ulog
+from allanite.recording.health import check
 from flight_log_writers import (
     SENSOR_COMBINED,
     combined,
@@ -229,4 +230,6 @@ def test_real_logs(
         assert max(b - a + 1 for a, b in facts["gap_places"]) / recording.rate == pytest.approx(
             longest, rel=0.1
         )
+    # The logger of that one takes five samples of its sensor together, and sometimes six.
+    assert ("off_grid" in {f.code for f in check(recording)}) == (name == "sample_appended_multiple.ulg")
     assert recording.notes["source"]["dropouts"] == {"sample.ulg": 4, "sample_log_small.ulg": 1}.get(name, 0)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A grid against the late stamps that it was made of: does each sample lie where its stamp says?
+"""A grid against the stamps that it was made of: does each sample lie where its stamp says?
 
 The rate, the gaps and the missing samples of each are found one by one, and each may be well fitted while the whole
 contradicts the stamps: a rate that is 0.4 % off takes the place of a few lost samples. Only the sum of all shows it.
@@ -19,14 +19,18 @@ _Floats = NDArray[np.float64]
 
 #: Intervals from its place beyond which a sample is off the grid: half of one, and the error of the phase.
 _FAR = 0.75
+#: Rms scatters of a stamp that are added to half an interval, where that is more.
+_SCATTERS = 2.0
 #: Samples over which a clock is even, but for a change of its rate by so much.
 _WINDOW, _DRIFT = 4096, 5e-4
 #: Share of an interval below which stamps were written in one go.
 _PILED = 0.5
 
 
-def off_grid_share(stamps: Filled, marks: Marks, interval: float) -> float:
-    """Share of late stamps that lie farther from their places than half an interval and the error of the phase.
+def off_grid_share(stamps: Filled, marks: Marks, interval: float, jitter: float = 0.0) -> float:
+    """Share of stamps that lie farther from their places than half an interval and the error of the phase.
+
+    Stamps that scatter by `jitter` [s] rms lie twice that farther, in one case of twenty.
 
     Those that were written in one go count for nothing.
 
@@ -34,6 +38,7 @@ def off_grid_share(stamps: Filled, marks: Marks, interval: float) -> float:
     -----
     Within 4096 samples a clock may drift by 500 ppm; over more it may do as it likes, which is another finding.
     """
+    limit = interval * max(_FAR, 0.5 + _SCATTERS * jitter / interval)
     gained, fallen = np.cumsum(marks.missing), np.cumsum(_falls(stamps, marks))
     far = size = 0
     for first, count, block in stamps.blocks(0, 0):
@@ -47,7 +52,7 @@ def off_grid_share(stamps: Filled, marks: Marks, interval: float) -> float:
             residual -= np.where(at > 0, fallen[at - 1], 0.0)
         residual = residual[~_piled(block, interval)]
         for part in np.array_split(residual, max(round(len(residual) / _WINDOW), 1)):
-            far += int(np.count_nonzero(np.abs(_without_drift(part, interval)) > _FAR * interval))
+            far += int(np.count_nonzero(np.abs(_without_drift(part, interval)) > limit))
             size += len(part)
     return far / max(size, 1)
 

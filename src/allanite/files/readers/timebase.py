@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
-from allanite.files.readers.clock_line import Marks, fit_line
+from allanite.files.readers.clock_line import ClockLine, Marks, fit_line
 from allanite.files.readers.coarse_stamps import without_place
 from allanite.files.readers.filled_stamps import ArrayStamps, Filled, Stamps
 from allanite.files.readers.grid_check import in_stalls, off_grid_share
@@ -148,6 +148,7 @@ def fit_grid(
         "rate_change_ppm": line.change_ppm if counted else None,
         "rate_change_error_ppm": line.change_error_ppm if counted else None,
         "wander_s": line.wander if counted and not probe.ticks else 0.0,
+        "off_grid": _off_grid(filled, probe, marks, tally, line, interval),
         "span_s": _span(stamps),
     }
     facts |= {
@@ -190,6 +191,7 @@ def _facts(*, source: str, unit: str, rate: float, nominal: float | None, interv
         "rate_change_ppm": None,
         "rate_change_error_ppm": None,
         "wander_s": 0.0,
+        "off_grid": 0.0,
         "span_s": None,
         "drift_ppm": None if nominal is None else (rate / nominal - 1.0) * 1e6,
         "resolution_s": 0.0,
@@ -368,6 +370,15 @@ def _refuse_off_grid(stamps: Filled, marks: Marks, source: str, interval: float)
             f"{100.0 * share:.2g} % of the samples lie more than half an interval from the best one, {interval:.6g} s: "
             "samples were lost where the stamps do not tell, or they were not evenly taken",
         )
+
+
+def _off_grid(
+    stamps: Filled, probe: Probe, marks: Marks, tally: _Tally, line: ClockLine, interval: float
+) -> float:
+    """Share of the samples off the grid; looked for where the stamps leave the line, and tell single samples."""
+    if probe.late is not None or probe.coarse is not None or probe.ticks or line.wander <= 0.5 * interval:
+        return 0.0
+    return off_grid_share(stamps, marks, interval, tally.jitter)
 
 
 def _unplaced(stamps: Filled, probe: Probe, marks: Marks, source: str, interval: float) -> int:

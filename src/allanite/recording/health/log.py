@@ -24,6 +24,8 @@ Notes = Mapping[str, Any]
 
 #: Clock error worth a warning [ppm]: that of a poor crystal.
 POOR_CLOCK = 100.0
+#: Share of the samples off the even grid from which the grid is refused.
+OFF_GRID = 0.05
 #: Standard errors by which a drift of the clock must stand out: less than one record in a million by chance.
 CERTAIN = 5.0
 
@@ -231,7 +233,9 @@ def drift(recording: Recording) -> Iterator[Finding]:
     """A clock that gains or loses more at one end of the record than at the other (battery B14)."""
     notes = _notes(recording, "timebase")
     change, error = _number(notes, "rate_change_ppm"), _number(notes, "rate_change_error_ppm")
-    wander = _number(notes, "wander_s")
+    wander, off = _number(notes, "wander_s"), _number(notes, "off_grid")
+    if off > OFF_GRID:
+        yield _off_grid(recording, off)
     drifts = abs(change) > max(POOR_CLOCK, CERTAIN * error)
     # A rate that changes evenly from end to end takes stamps an eighth of it times the span from their places.
     if drifts or wander > max(0.5 / recording.rate, POOR_CLOCK * 1e-6 / 8.0 * recording.duration):
@@ -247,6 +251,18 @@ def drift(recording: Recording) -> Iterator[Finding]:
             severity=Severity.WARNING,
             count=recording.n_samples,
         )
+
+
+def _off_grid(recording: Recording, share: float) -> Finding:
+    rate = f"{recording.rate:.8g}"
+    return finding(
+        "off_grid",
+        f"{percent(share)} of the samples lie more than half an interval from an even grid of {rate} Hz, and no slow "
+        "drift of a clock explains it: they were taken unevenly, or samples were lost where the stamps show no gap",
+        severity=Severity.FATAL,
+        count=round(share * recording.n_samples),
+        advice=f"log the clock of the sensor; --rate {rate} takes the samples as even and sets the stamps aside",
+    )
 
 
 # -- what was done ----------------------------------------------------------------------------------------

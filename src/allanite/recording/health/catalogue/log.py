@@ -52,6 +52,14 @@ LOG: dict[str, FindingKind] = {
         done="the rate given, else that of the stamps, is used",
         advice="check which clock is right",
     ),
+    "off_grid": FindingKind(
+        group=_TIME,
+        severity="fatal",
+        means="over 5 % of the samples lie more than half an interval from any even grid, beyond a clock's slow drift",
+        risk="samples that were taken unevenly are analyzed as even: lags and coefficients are those of a mean rate",
+        done="refused",
+        advice="log the clock of the sensor; `--rate` takes the samples as even and sets the stamps aside",
+    ),
     "clock_drift": FindingKind(
         group=_TIME,
         severity="warning",

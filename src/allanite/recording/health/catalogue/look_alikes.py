@@ -145,6 +145,10 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
         "lost samples",
         "a rate from counts, with gaps in their places",
     ),
+    "off_grid": (
+        "a clock that drifts",
+        "a clock that drifts by 500 ppm over 4096 samples is allowed for",
+    ),
     "clock_drift": (
         "jitter of the stamps",
         "five standard errors beyond it, or half an interval by medians of many stamps",
