@@ -55,14 +55,15 @@ def one(task: tuple[int, int, int]) -> Json:
 
 def _against(bound: NoiseModel, scenario: Scenario) -> Json:
     """How the bound stands to the truth over its range."""
-    facts, dt = bound.overbound, 1 / scenario.rate
-    m = np.geomspace(facts["shortest"], facts["horizon"], _TIMES) / dt
+    inflation, dt = bound.overbound, 1 / scenario.rate
+    assert inflation is not None
+    m = np.geomspace(inflation.shortest, inflation.horizon, _TIMES) / dt
     ratio = np.sqrt(bound.avar_sampled(m, dt) / scenario.model.avar_sampled(m, dt))
     return {
         "least": float(ratio.min()),
         "mean": float(np.exp(np.log(ratio).mean())),
         "greatest": float(ratio.max()),
-        "over_fit": facts["mean"],
+        "over_fit": inflation.mean,
     }
 
 

@@ -139,7 +139,7 @@ def test_likelihood_is_that_of_the_fit(record: tuple[AllanCurve, NoiseModel]) ->
 
 
 def _ratio(bound: NoiseModel, truth: NoiseModel, dt: float) -> np.ndarray:
-    m = np.geomspace(bound.overbound["shortest"], bound.overbound["horizon"], 150) / dt
+    m = np.geomspace(bound.overbound.shortest, bound.overbound.horizon, 150) / dt
     return np.asarray(np.sqrt(bound.avar_sampled(m, dt) / truth.avar_sampled(m, dt)))
 
 
@@ -148,12 +148,13 @@ def test_bound_is_above_truth_and_measurement_and_says_its_factors(
 ) -> None:
     curve, model = record
     facts = bound.overbound
+    assert facts is not None
     assert _ratio(bound, TRUTH, curve.dt).min() >= 1
-    inside = curve.tau <= facts["horizon"] * (1 + 1e-9)
+    inside = curve.tau <= facts.horizon * (1 + 1e-9)
     measured = curve.variance[inside, 0]
     assert np.all(bound.avar_sampled(curve.lags[inside], curve.dt) >= measured * (1 - 1e-9))
-    assert 1 < facts["mean"] < 1.6 and facts["greatest"] >= facts["mean"]
-    for letter, factor in facts["factors"].items():
+    assert 1 < facts.mean < 1.6 and facts.greatest >= facts.mean
+    for letter, factor in facts.factors.items():
         term = next(t for t in bound.terms if t.symbols[0] == letter)
         below = next((t for t in model.terms if t.symbols[0] == letter), None)
         if below is None:
@@ -193,10 +194,10 @@ def test_higher_probability_and_further_horizon_cost_more(
     curve, model = record
     low = overbound(curve, model, probability=0.6, above_measured=False)
     far = overbound(curve, model, horizon=40_000.0)
-    assert low.overbound["mean"] < bound.overbound["mean"]
-    assert far.overbound["horizon"] == 40_000.0
+    assert low.overbound.mean < bound.overbound.mean
+    assert far.overbound.horizon == 40_000.0
     assert _ratio(far, TRUTH, curve.dt).min() >= 1
-    assert far.overbound["greatest"] > bound.overbound["greatest"]
+    assert far.overbound.greatest > bound.overbound.greatest
 
 
 def test_bound_holds_under_both_families_where_the_record_cannot_decide() -> None:
@@ -289,7 +290,7 @@ def test_command_bounds_a_study(study: Path, run: Run, tmp_path: Path) -> None:
     )
     assert done.code == 0, done.err
     assert (
-        "above the sensor everywhere from 0.25 to 512 s" in done.out
+        "Above the sensor everywhere from 0.25 to 512 s" in done.out
         and "times the fit on average" in done.out
     )
     document: dict[str, Any] = json.loads((out / "overbound.json").read_text())
@@ -301,4 +302,4 @@ def test_command_bounds_a_study(study: Path, run: Run, tmp_path: Path) -> None:
     assert "Noise models above the sensor" in page and "Inflation" in page
     assert (tmp_path / "b.png").stat().st_size > 10_000
     written = NoiseModel.from_json(json.loads((tmp_path / "b.json").read_text())["gyro_x"])
-    assert written.overbound == facts
+    assert written.overbound.to_json() == facts

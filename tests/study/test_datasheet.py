@@ -267,7 +267,7 @@ def test_verdict_is_where_the_interval_stands(
     )
     statement = found.channels[0].statements[0]
     assert statement.verdict == expected
-    assert statement.ratio[2] == pytest.approx(interval[2] / 0.31)
+    assert statement.ratio.upper == pytest.approx(interval[2] / 0.31)
 
 
 def test_a_channel_of_two_families_is_judged_by_the_intervals_of_both() -> None:
@@ -278,7 +278,10 @@ def test_a_channel_of_two_families_is_judged_by_the_intervals_of_both() -> None:
         n |= {"value": 0.32 * ARW, "lower": lower * ARW, "upper": upper * ARW}
     sheet = Datasheet.of(gyro_y={"angle_random_walk": "0.305 deg/√h"})
     (statement,) = hold_against(Study.from_json(document), sheet).channels[0].statements
-    assert statement.ratio == pytest.approx((0.32 / 0.305, 0.30 / 0.305, 0.34 / 0.305))
+    ratio = statement.ratio
+    assert (ratio.value, ratio.lower, ratio.upper) == pytest.approx(
+        (0.32 / 0.305, 0.30 / 0.305, 0.34 / 0.305)
+    )
     assert statement.verdict == "not resolved"
 
 
@@ -298,9 +301,9 @@ def test_curves_stand_beside_one_another() -> None:
     channel = found.channels[0]
     np.testing.assert_allclose(channel.stated, truth.adev(channel.curve.tau), rtol=1e-9)
     document = json.loads(json.dumps(found.to_json(), allow_nan=False))
-    np.testing.assert_allclose(document["channels"][0]["ratio_deviation"], 1.0, atol=0.8)
-    assert [s["symbol"] for s in document["channels"][0]["statements"]] == ["N", "B", "K"]
+    assert [s["entry"]["symbol"] for s in document["channels"][0]["statements"]] == ["N", "B", "K"]
     ratio = sheet_of(found, view="ratio").panels[0]
+    np.testing.assert_allclose(ratio.curves[0].y, 1.0, atol=0.8)
     (level,) = (c for c in ratio.curves if c.label == "the data sheet")
     assert (level.y == 1.0).all() and ratio.x.limits == tuple(level.x)
     assert "the data sheet" in ratio.entries and not ratio.labels  # words at its end would cover the last bar
@@ -316,10 +319,11 @@ def test_minimum_is_bounded_by_the_curve() -> None:
     falling = {"bias_instability": "1 mg", "bias_instability_is": "minimum"}
     found = hold_against(Study.from_json(build()), Datasheet.of(gyro_x=rising, acc_z=falling))
     gyro, acc = (c.statements[-1] for c in found.channels)
-    assert gyro.measured is not None and gyro.lower < gyro.measured < gyro.upper and "at " in gyro.note
+    assert gyro.measured.lower < gyro.measured.value < gyro.measured.upper and "at " in gyro.note
     truth = TRUTHS["gyro_x"][1].adev(np.geomspace(0.1, 1e4, 2001)).min()
-    assert gyro.lower < truth < gyro.upper
-    assert acc.measured is None and acc.lower == 0 and acc.verdict == "meets" and "still falls" in acc.note
+    assert gyro.measured.lower < truth < gyro.measured.upper
+    assert acc.measured.status == "upper limit" and acc.measured.lower == 0 and acc.verdict == "meets"
+    assert "still falls" in acc.note
     assert found.verdict == "meets the data sheet"
 
 
@@ -328,7 +332,7 @@ def test_correlation_time_is_no_promise_and_a_term_of_another_family_stays_open(
     found = hold_against(Study.from_json(build()), Datasheet.of(gyro_x=entries))
     sigma, time = found.channels[0].statements
     assert sigma.verdict == "not resolved" and "no Gauss-Markov term" in sigma.note
-    assert time.verdict == ""
+    assert time.verdict is None
     assert found.verdict == "not resolved" and "bias stability" in found.reason
 
 
@@ -352,7 +356,7 @@ def test_command_holds_a_study_against_a_sheet(run: Run, tmp_path: Path) -> None
     study.write_text(json.dumps(build()))
     done = run("datasheet", sheet, "--study", study, "--out", out, "--plot", tmp_path / "sheet.png")
     assert done.code == 0, done.err
-    assert "Does not meet the data sheet: gyro_x: bias instability (1 meets)" in done.out
+    assert "Does not meet the data sheet. gyro_x: bias instability (1 meets)" in done.out
     document = json.loads((out / "datasheet.json").read_text())
     assert document["format"] == "allanite-datasheet" and len(document["channels"]) == 1
     assert len((out / "datasheet.csv").read_text().splitlines()) == 3

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from allanite.commands.measurement import MeasurementResult, provenance
+from allanite.commands.measurement import MeasurementResult, measured_result, provenance
 from allanite.commands.study import curve_of
 from allanite.errors import InputError
 
@@ -40,29 +40,19 @@ def bounds_of(
     FormatError
         Not a study.
     """
+    from allanite.study.result_document import Provenance
     from allanite.study.study import Study
 
     study = Study.load(Path(source))
     bounds = bounds_of_study(study, probability=probability, horizon=horizon, terms=terms, progress=progress)
-    made = provenance(study.provenance.source, study.provenance.sha256, command)
-    rows = [
-        {
-            "channel": name,
-            "term": symbol,
-            "factor": "added" if factor is None else f"{factor:.6g}",
-            "shortest_s": f"{bound.overbound['shortest']:.6g}",
-            "horizon_s": f"{bound.overbound['horizon']:.6g}",
-        }
-        for name, bound in bounds.models.items()
-        for symbol, factor in bound.overbound["factors"].items()
-    ]
-    return MeasurementResult(
-        result=bounds,
-        document={**bounds.to_json(), "provenance": made},
-        name="overbound",
-        tables={"inflation.csv": rows},
+    origin = study.provenance
+    measured = measured_result(
+        "overbound",
+        bounds,
         lossy=False,
+        provenance=Provenance(**provenance(origin.source, origin.sha256, command)),
     )
+    return replace(measured, models=bounds.models)
 
 
 def bounds_of_study(

@@ -1,103 +1,29 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A data sheet beside what was measured, from their files."""
+"""Does a sensor keep what its data sheet promises?"""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Collection
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from allanite.commands.declaration import Command
+from allanite.commands.option import ACCEPT, option
 
-from allanite.commands.measurement import MeasurementResult, provenance
-from allanite.commands.recordings import is_lossy
-from allanite.commands.study import study_of
-from allanite.errors import InputError
-from allanite.plain_files.regular_file import file_sha256
+__all__ = ["DATASHEET"]
 
-if TYPE_CHECKING:
-    from allanite.study.study import Study
-
-__all__ = ["datasheet_of"]
-
-
-def datasheet_of(
-    sheet: str | os.PathLike[str],
-    *,
-    log: str | os.PathLike[str] | None = None,
-    study: str | os.PathLike[str] | None = None,
-    accept: Collection[str] = (),
-    command: str | None = None,
-    source: str | None = None,
-    progress: Any = None,
-    **options: Any,
-) -> MeasurementResult:
-    """A data sheet, held against a log or a study; see `allanite.study.datasheet.hold_against`.
-
-    Parameters
-    ----------
-    sheet : path
-        YAML.
-    log, study : path, optional
-        One of them, or neither for the sheet alone. A log is characterised; options are those of `read`.
-
-    Raises
-    ------
-    InputError
-        Both a log and a study, options of a log without one, or what `hold_against` refuses.
-    """
-    from allanite.study.datasheet import hold_against, read_datasheet
-
-    if log is not None and study is not None:
-        raise InputError("give a log or its study, not both")
-    idle = [name for name, value in options.items() if value not in (None, ()) and name != "sampling"]
-    if log is None and (idle or accept):
-        raise InputError(f"{(idle or ['accept'])[0]} is about a log, and none is given")
-    stated = read_datasheet(sheet)
-    measured = _studied(log, study, accept, source, progress, options)
-    result = hold_against(measured, stated)
-    document = result.to_json()
-    document["sheet_name"] = Path(sheet).name
-    if measured is None:
-        document["provenance"] = provenance(Path(sheet).name, file_sha256(sheet), command)
-    else:
-        document["provenance"] = {**measured.provenance.to_json(), "command": command}
-        document["recording"] = measured.recording.to_json()
-        document["findings"] = [f.to_json() for f in measured.findings]
-    return MeasurementResult(
-        result=result,
-        document=document,
-        name="datasheet",
-        tables={"datasheet.csv": _rows(document)},
-        lossy=measured is not None and is_lossy(document["findings"]),
-    )
-
-
-def _studied(
-    log: str | os.PathLike[str] | None,
-    study: str | os.PathLike[str] | None,
-    accept: Collection[str],
-    source: str | None,
-    progress: Any,
-    options: dict[str, Any],
-) -> Study | None:
-    from allanite.study.study import Study
-
-    if log is not None:
-        return study_of(log, accept=accept, source=source, progress=progress, **options)
-    return None if study is None else Study.load(Path(study))
-
-
-def _rows(document: dict[str, Any]) -> list[dict[str, Any]]:
-    """The table of statements in SI."""
-    return [
-        {
-            "channel": channel["name"],
-            **{
-                key: line[key]
-                for key in ("name", "text", "symbol", "reading", "value", "measured", "lower", "upper")
-            },
-            "verdict": line["verdict"],
-        }
-        for channel in document["channels"]
-        for line in channel["statements"]
-    ]
+DATASHEET = Command(
+    name="datasheet",
+    title="Data sheet",
+    summary="Check a sensor against its data sheet.",
+    details=(
+        "SHEET is a YAML file. Each value is compared with the measured one. Without --log or --study, only the sheet "
+        "is plotted."
+    ),
+    example="allanite datasheet sheet.yaml --log imu.csv --unit gyro=deg/s,acc=g --out sheet",
+    takes="sheet",
+    options=(
+        option("log", "--log", "Log of the sensor at rest, to characterize."),
+        option("study", "--study", "Study of the sensor, instead of a log."),
+        ACCEPT,
+    ),
+    on_page=False,
+    work="allanite.commands.sheet:datasheet_of",
+    tables={"datasheet.csv": "allanite.views.datasheet:rows"},
+)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A command that takes logs or models and yields a document, declared once for the command line and the page."""
+"""A command that yields a document of logs, models or files, declared once for the command line and the page."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult
     from allanite.quantities.result import Result
 
-__all__ = ["Command", "Place"]
+__all__ = ["Command", "Place", "Subject"]
 
 Place = str | os.PathLike[str]
 Advance = Callable[[float, str], None]
+Subject = Literal["recording", "recordings", "model", "study", "sheet"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Command:
-    """What a user can ask of a log, of several, or of a model.
+    """What a user can ask of a log, of several, of a model, or of what was measured before.
 
     Attributes
     ----------
@@ -39,8 +40,8 @@ class Command:
     options : tuple of Option
         Besides those of reading a log and of where the result goes; `run` takes each under its name.
     takes : str
-        "recording", "recordings": two or more, which `work` gets in a list; or "model": no log, but the noise models
-        that an option names.
+        "recording"; "recordings": two or more, which `work` gets in a list; "model": no log, but the noise models that
+        an option names; "study", the file of one; or "sheet", a data sheet, with a log or a study as an option.
     run : str
         "module:function" that makes a `Result` of a recording; "" where `work` does more than that.
     work : str
@@ -56,6 +57,8 @@ class Command:
         Files that `work` leaves beside its document and report, and that are no tables.
     series : str
         What the recording is called that its `--output` writes; "" where it leaves none.
+    models : str
+        What the noise models are called that its `--output` writes; "" where it leaves none.
     folder : str
         Where its files go if nobody says so; "" for nowhere.
     rules : tuple of Rule
@@ -83,7 +86,7 @@ class Command:
     details: str
     example: str
     options: tuple[Option, ...]
-    takes: Literal["recording", "recordings", "model"] = "recording"
+    takes: Subject = "recording"
     run: str = ""
     work: str = ""
     tables: Mapping[str, str] = field(default_factory=dict)
@@ -91,6 +94,7 @@ class Command:
     documents: tuple[str, ...] = ()
     further: tuple[str, ...] = ()
     series: str = ""
+    models: str = ""
     folder: str = ""
     rules: tuple[Rule, ...] = ()
     positions: str = ""
@@ -105,6 +109,11 @@ class Command:
     def stem(self) -> str:
         """Of the file of its document."""
         return self.document or self.name
+
+    @property
+    def reads(self) -> bool:
+        """It reads a log, and so takes the options of reading."""
+        return self.takes in ("recording", "recordings", "sheet")
 
     @property
     def beside(self) -> tuple[str, ...]:
@@ -173,7 +182,8 @@ class Command:
     def _by_work(self, log: Place | Sequence[Place], **options: object) -> MeasurementResult:
         """What the work does not take is left out."""
         work: Callable[..., MeasurementResult] = _loaded(self.work)
-        declared = {o.python for o in self.options} | ({"source"} if self.takes == "recording" else set())
+        of_log = {"source"} if self.takes in ("recording", "sheet") else set()
+        declared = {o.python for o in self.options} | of_log
         left_out = {"accept", "model", "source"} - declared | ({"progress"} if self.brief else set())
         kept = {name: value for name, value in options.items() if name not in left_out}
         return work(**kept) if self.takes == "model" else work(log, **kept)

@@ -27,6 +27,7 @@ from allanite.plain_files.csv_cells import as_label
 from allanite.plain_files.regular_file import file_sha256
 
 if TYPE_CHECKING:
+    from allanite.noise import NoiseModel
     from allanite.quantities.result import Result
     from allanite.recording.health import Finding
     from allanite.recording.records import Recording
@@ -69,6 +70,8 @@ class MeasurementResult:
         Samples or rows of the log did not take part.
     series : Recording, optional
         What it leaves of the log, or makes of it, for ``--output``.
+    models : mapping of str to NoiseModel, optional
+        Noise models that it makes, for ``--output``.
     write : callable, optional
         Leaves its files, where these are others: takes folder, figure and `force`.
     """
@@ -79,6 +82,7 @@ class MeasurementResult:
     tables: Mapping[str, Sequence[Json]]
     lossy: bool
     series: Recording | None = None
+    models: Mapping[str, NoiseModel] | None = None
     write: Callable[..., Delivered] | None = None
 
     @property

@@ -31,8 +31,8 @@ __all__ = [
 OptionType = Literal[
     "number", "integer", "share", "text", "flag", "choice", "names", "texts", "findings", "by-channel", "seconds",
     "seconds-list", "degrees", "latitude", "turns", "deg/s", "deg/h", "deg/h/g", "spans", "headings", "lines", "model",
-    "recording", "document", "attached", "description", "file", "renamed", "acceleration", "goal", "goals", "models",
-    "numbers",
+    "recording", "log", "study", "document", "attached", "description", "file", "renamed", "acceleration", "goal",
+    "goals", "models", "numbers",
 ]  # fmt: skip
 
 STATISTICS = (

@@ -10,10 +10,12 @@ from allanite.commands.align import ALIGN
 from allanite.commands.characterize import CHARACTERIZE
 from allanite.commands.combine import COMBINE
 from allanite.commands.compare import COMPARE
+from allanite.commands.datasheet import DATASHEET
 from allanite.commands.declaration import Command, Place
 from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.environment import ENVIRONMENT
 from allanite.commands.north import NORTH
+from allanite.commands.overbound import OVERBOUND
 from allanite.commands.plan import PLAN
 from allanite.commands.position_plan import PLAN_POSITIONS
 from allanite.commands.rate_table import RATE_TABLE
@@ -44,6 +46,8 @@ COMMANDS: Mapping[str, Command] = {
         ALIGN,
         RATE_TABLE,
         COMBINE,
+        DATASHEET,
+        OVERBOUND,
     )
 }
 

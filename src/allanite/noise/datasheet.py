@@ -50,6 +50,7 @@ from allanite.noise.terms import (
     TermType,
     White,
 )
+from allanite.quantities.result import Result
 from allanite.quantities.units import QuantityKind, parse_unit
 
 __all__ = ["ENTRIES", "DatasheetEntries", "SensorSheet", "SheetEntry", "sensor_sheet"]
@@ -119,7 +120,7 @@ _AGREES = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SheetEntry:
+class SheetEntry(Result):
     """One statement of a data sheet.
 
     Attributes

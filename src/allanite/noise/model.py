@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
 from allanite.noise.datasheet import DatasheetEntries, SensorSheet, sensor_sheet
+from allanite.noise.inflation import Inflation
 from allanite.noise.markov import MarkovForm
 from allanite.noise.state_space import StateSpace, stateless
 from allanite.noise.terms import TERMS, Ramp, Sinusoid, Term, TermType
@@ -117,8 +118,8 @@ class NoiseModel:
         The other family, when the record cannot decide.
     kind, unit : str
         Kind of the channel, and its own unit where it has no SI unit.
-    overbound : dict
-        What an inflated model is inflated by and what it promises (`allanite.fitting.overbound`); empty for any other.
+    overbound : Inflation or None
+        What an inflated model is inflated by and what it promises (`allanite.fitting.overbound`); None for any other.
     scale_uncertainty : float or None
         Standard uncertainty of the scale factor, relative, that the intervals of `estimates` hold besides the
         statistical one; None where none was stated. `covariance` is statistical in any case.
@@ -134,7 +135,7 @@ class NoiseModel:
     alternative: NoiseModel | None = field(default=None, repr=False)
     kind: str = "rate"
     unit: str = ""
-    overbound: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    overbound: Inflation | None = field(default=None, repr=False)
     scale_uncertainty: float | None = None
 
     def __post_init__(self) -> None:
@@ -275,7 +276,7 @@ class NoiseModel:
             "estimates": [e.to_json() for e in self.estimates],
             "covariance": dict(self.covariance),
             "goodness": dict(self.goodness),
-            **({"overbound": dict(self.overbound)} if self.overbound else {}),
+            **({} if self.overbound is None else {"overbound": self.overbound.to_json()}),
             **({} if self.scale_uncertainty is None else {"scale_uncertainty": self.scale_uncertainty}),
             **other,
         }
@@ -292,7 +293,8 @@ class NoiseModel:
         try:
             terms = tuple(_term_from_json(t) for t in data["terms"])
             estimates = tuple(Estimate.from_json(e) for e in data.get("estimates", ()))
-            parts = {name: dict(data.get(name) or {}) for name in ("covariance", "goodness", "overbound")}
+            parts: dict[str, Any] = {name: dict(data.get(name) or {}) for name in ("covariance", "goodness")}
+            parts["overbound"] = Inflation.from_json(data["overbound"]) if data.get("overbound") else None
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             if isinstance(error, InputError):
                 raise

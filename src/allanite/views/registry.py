@@ -56,6 +56,8 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
         "PositionPlan",
         "allanite.views.position_plan",
     ),
+    "allanite-datasheet": ("allanite.study.datasheet", "DatasheetJudgement", "allanite.views.datasheet"),
+    "allanite-overbound": ("allanite.fitting.overbound", "Bounds", "allanite.views.overbound"),
     "allanite-east-west-null": ("allanite.experiments.north", "EastWestNull", "allanite.views.null_test"),
 }
 

@@ -13,7 +13,6 @@ from allanite.commands.cli import files
 from allanite.commands.cli import filtering
 from allanite.commands.cli import dead_reckoning
 from allanite.commands.cli import calibration
-from allanite.commands.cli import datasheet
 from allanite.commands.cli import difference
 from allanite.commands.cli import recording
 from allanite.commands.cli import monitor
@@ -31,7 +30,6 @@ __all__ = [
     "Lags",
     "calibration",
     "cli",
-    "datasheet",
     "dead_reckoning",
     "declared",
     "demo",

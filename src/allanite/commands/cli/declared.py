@@ -13,7 +13,7 @@ import click
 from allanite.commands.cli.options import log_options, place_of, with_options
 from allanite.commands.cli.positions import headed_files_of, position_option, single_log
 from allanite.commands.cli.program import command, example_of, family
-from allanite.commands.cli.results import Destination, results_in, series_option, style_options
+from allanite.commands.cli.results import Destination, output_option, results_in, style_options
 from allanite.commands.declaration import Command
 from allanite.commands.registry import COMMANDS
 from allanite.errors import InputError
@@ -30,12 +30,26 @@ _FAMILIES: dict[str, click.Group] = {}
 
 
 def _saved(measured: MeasurementResult, path: str, *, force: bool) -> Path:
-    """Write the recording that a measurement leaves."""
+    """Write the recording, or the models, that a measurement leaves."""
     from allanite.files.recording_file import write_recording
+    from allanite.study.model_file import save_models
 
+    if measured.models is not None:
+        return save_models(measured.models, path, force=force)
     if measured.series is None:
         raise InputError(f"there is nothing to write to {path}")
     return write_recording(measured.series, path, force=force)
+
+
+def _refused(declared: Command, path: str, *, force: bool) -> None:
+    """Refuse, before the work is done, a file that cannot be written."""
+    from allanite.files.recording_file import refuse_recording
+    from allanite.plain_files.atomic_file import refuse_existing
+
+    if declared.series:
+        refuse_recording(path, force=force)
+    else:
+        refuse_existing(Path(path), force=force)
 
 
 def _offered(declared: Command) -> None:
@@ -44,7 +58,6 @@ def _offered(declared: Command) -> None:
     def run(
         to: Destination, style: dict[str, bool] | None = None, output: str | None = None, **options: Any
     ) -> int:
-        from allanite.files.recording_file import refuse_recording
         from allanite.views.terminal import TerminalStyle, show_document
 
         if click.get_current_context().invoked_subcommand is not None:
@@ -52,13 +65,15 @@ def _offered(declared: Command) -> None:
         shown = partial(show_document, style=TerminalStyle(**style or {}))
         given = {name: value for name, value in options.items() if value is not None}
         _refuse_missing(declared, given)
-        log = _subject(declared, given)
+        subject = _subject(declared, given)
+        log = given.get("log") if declared.takes == "sheet" else subject
         if refusal := declared.refusal({**given, "plot": to.figure}):
             raise click.UsageError(refusal)
         if output is not None:
-            refuse_recording(output, force=to.force)
+            _refused(declared, output, force=to.force)
         name = log if isinstance(log, str) else None
-        places = place_of(log) if isinstance(log, str) else [*map(place_of, log)]
+        _placed(declared, given)
+        places = place_of(subject) if isinstance(subject, str) else [*map(place_of, subject)]
         return to.by_default(declared.folder, name or "").deliver(
             declared.stem,
             lambda **known: declared.measure(places, **known, **given),
@@ -76,10 +91,10 @@ def _offered(declared: Command) -> None:
     for bundle in (
         results_in(folder),
         *((style_options,) if declared.summarized else ()),
-        *((series_option(declared.series),) if declared.series else ()),
+        *((output_option(declared),) if declared.series or declared.models else ()),
         with_options(declared.options, asked_later=is_family),
         *((position_option(declared.positions),) if declared.positions else ()),
-        *_of_logs(declared),
+        *_of_subject(declared),
     ):
         run = bundle(run)
     if is_family:
@@ -90,15 +105,19 @@ def _offered(declared: Command) -> None:
         command(declared.example, name)(run)
 
 
-def _of_logs(declared: Command) -> tuple[Bundle, ...]:
-    """The argument, and how it is read; none of a command that takes models."""
+def _of_subject(declared: Command) -> tuple[Bundle, ...]:
+    """The argument, and how a log is read; none of a command that takes models."""
+    reading = (log_options,) if declared.reads else ()
     if declared.takes == "model":
-        return ()
+        return reading
+    if declared.takes in ("study", "sheet"):
+        file = click.Path(exists=True, dir_okay=False, allow_dash=declared.takes == "study")
+        return *reading, click.argument(declared.takes, type=file)
     several = declared.takes == "recordings"
     if not (several or declared.positions):
-        return log_options, click.argument("log")
+        return *reading, click.argument("log")
     metavar = "RECORD RECORD..." if several else "LOG..."
-    return log_options, click.argument("logs", metavar=metavar, nargs=-1, required=True)
+    return *reading, click.argument("logs", metavar=metavar, nargs=-1, required=True)
 
 
 def _refuse_missing(declared: Command, given: dict[str, Any]) -> None:
@@ -112,20 +131,26 @@ def _refuse_missing(declared: Command, given: dict[str, Any]) -> None:
 def _subject(declared: Command, given: dict[str, Any]) -> str | tuple[str, ...]:
     """The log among what was given, or several, as typed; of several positions the first, all of them with headings.
 
-    A command of models has none: they become places themselves.
+    A command of models has none.
     """
     if declared.takes == "model":
-        given |= {name: place_of(given[name]) for name in ("model",) if name in given}
-        given |= {name: [*map(place_of, given[name])] for name in ("models",) if name in given}
         return ()
     if not (logs := given.pop("logs", ())):
-        return str(given.pop("log"))
+        return str(given.pop(declared.takes if declared.takes in ("study", "sheet") else "log"))
     if not declared.positions:
         return tuple(logs)
     if not given.pop("positions", False):
         return single_log(logs, declared.headed)
     given["positions"] = headed_files_of(logs, declared.headed, needed=declared.headings_needed)
     return str(next(iter(given["positions"])))
+
+
+def _placed(declared: Command, given: dict[str, Any]) -> None:
+    """Files that options name become places; a model does where there is no log that stdin may hold."""
+    files = ("log", "study", *(("model", "models") if declared.takes == "model" else ()))
+    for option in declared.options:
+        if option.type in files and (value := given.get(option.python)):
+            given[option.python] = place_of(value) if isinstance(value, str) else [*map(place_of, value)]
 
 
 for _declared in COMMANDS.values():

@@ -476,6 +476,7 @@ _KINDS: dict[str, click.ParamType[Any]] = {
     "findings": FindingCode(),
     "by-channel": ByChannel(),
     "recording": click.Path(exists=True),
+    "study": click.Path(exists=True, dir_okay=False, allow_dash=True),
     "spans": Spans(),
     "goal": Goal(),
     "goals": Goals(),

@@ -15,9 +15,10 @@ from allanite.commands.cli.options import force_option, json_option, print_json,
 from allanite.commands.cli.program import LOSS
 
 if TYPE_CHECKING:
+    from allanite.commands.declaration import Command
     from allanite.commands.measurement import MeasurementResult
 
-__all__ = ["Destination", "result_options", "results_in", "series_option", "style_options"]
+__all__ = ["Destination", "output_option", "result_options", "results_in", "style_options"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,13 +91,14 @@ def result_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return results_in("")(command)
 
 
-def series_option(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Where the recording goes that a measurement leaves."""
+def output_option(declared: Command) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Where the recording goes that a measurement leaves, or the models."""
+    series = f"File for the {declared.series}: .parquet, .npz, .npy, .csv or .mat."
     return click.option(
         "-o",
         "--output",
         type=click.Path(dir_okay=False),
-        help=f"File for the {what}: .parquet, .npz, .npy, .csv or .mat.",
+        help=series if declared.series else f"Output file for the {declared.models} (JSON).",
     )
 
 

@@ -11,14 +11,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from allanite.commands.declaration import Command
+from allanite.commands.declaration import Command, Subject
 from allanite.commands.option import ACCEPT, Option, option
 from allanite.commands.page.options import Spelt, code_of, described
 from allanite.commands.registry import COMMANDS
 
 __all__ = ["KINDS", "JobKind", "described_kinds", "lines_of", "plan_lines"]
 
-Takes = Literal["recording", "recordings", "document", "model"]
+Takes = Subject | Literal["document", "model"]
 Lines = Callable[["JobKind", Sequence[str], Spelt, Spelt, str], str]
 
 

@@ -9,6 +9,6 @@
 """
 
 from allanite.fitting.overbound.bounding import LETTERS, overbound
-from allanite.fitting.overbound.results import BoundedChannel, Bounds, bound_channels
+from allanite.fitting.overbound.results import BoundedChannel, BoundedTerm, Bounds, bound_channels
 
-__all__ = ["LETTERS", "BoundedChannel", "Bounds", "bound_channels", "overbound"]
+__all__ = ["LETTERS", "BoundedChannel", "BoundedTerm", "Bounds", "bound_channels", "overbound"]

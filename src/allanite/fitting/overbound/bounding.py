@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,9 +16,10 @@ from allanite.fitting.overbound.envelope import band_above, least_above, reach
 from allanite.fitting.overbound.plausible import plausible_variances
 from allanite.noise import GaussMarkov, NoiseModel, Sinusoid, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
+from allanite.noise.inflation import Inflation
 from allanite.plain_files.counted import plural
 
-__all__ = ["LETTERS", "overbound"]
+__all__ = ["LETTERS", "names_of", "overbound"]
 
 Array = NDArray[np.float64]
 
@@ -74,9 +74,8 @@ def overbound(
     Returns
     -------
     NoiseModel
-        No term is smaller than in the fit, if it may be there at all. `overbound` holds probability, "shortest" and
-        "horizon" [s], "factors" of the amplitudes by symbol (null for a term that the fit does not hold), "mean" and
-        "greatest" factor of the deviation over the logarithm of the averaging time, and "fitted", the model below.
+        No term is smaller than in the fit, if it may be there at all. Its `overbound` says what it promises and what it
+        is inflated by.
 
     Raises
     ------
@@ -219,23 +218,26 @@ def _bound(
     made = [_scaled(t, a) for t, a in zip((*fitted, *added), amplitudes, strict=True) if a > 0]
     below = sum(ground.avar(t) for t in noise)
     ratio = np.sqrt(columns @ factors / below)[: ground.n_places]
-    facts = {
-        "probability": ground.probability,
-        "shortest": shortest,
-        "horizon": end,
-        "factors": _factors(fitted, amplitudes) | {_name(t): None for t in made[len(fitted) :]},
-        "mean": float(np.exp(np.log(ratio).mean())),
-        "greatest": float(ratio.max()),
-        "fitted": NoiseModel(terms=tuple(noise), kind=model.kind).to_json()["terms"],
-    }
+    inflation = Inflation(
+        probability=ground.probability,
+        shortest=shortest,
+        horizon=end,
+        factors={
+            **dict(zip(names_of(fitted), amplitudes.tolist(), strict=False)),
+            **dict.fromkeys(names_of(made[len(fitted) :])),
+        },
+        mean=float(np.exp(np.log(ratio).mean())),
+        greatest=float(ratio.max()),
+        fitted=tuple(NoiseModel(terms=tuple(noise), kind=model.kind).to_json()["terms"]),
+    )
     lines = tuple(t for t in model.terms if isinstance(t, Sinusoid))
     return NoiseModel(
         terms=(*made, *lines),
         family=model.family,
         kind=model.kind,
         unit=model.unit,
-        overbound=facts,
-        verdict=_verdict(facts),
+        overbound=inflation,
+        verdict=inflation.verdict,
     )
 
 
@@ -258,26 +260,11 @@ def _scaled(term: TermType, factor: float) -> TermType:
     return replace(term, **{symbol: getattr(term, symbol) * factor})
 
 
-def _name(term: TermType) -> str:
-    return "sigma" if isinstance(term, GaussMarkov) else term.symbols[0]
-
-
-def _factors(fitted: Sequence[TermType], amplitudes: Array) -> dict[str, float | None]:
-    """By symbol; a second term of a kind is called like the first with a 2."""
-    by_symbol: dict[str, float | None] = {}
-    for term, factor in zip(fitted, amplitudes, strict=False):
-        name, count = _name(term), 1
-        while name in by_symbol:
-            count += 1
-            name = f"{_name(term)}_{count}"
-        by_symbol[name] = float(factor)
-    return by_symbol
-
-
-def _verdict(facts: Mapping[str, Any]) -> str:
-    return (
-        f"Inflated: with probability {100 * facts['probability']:g} % its Allan deviation lies above that of the "
-        f"sensor at every averaging time from {facts['shortest']:.3g} to {facts['horizon']:.3g} s; it is "
-        f"{facts['mean']:.3g} times the fitted one on average over the logarithm of time, "
-        f"{facts['greatest']:.3g} times at most."
-    )
+def names_of(terms: Sequence[TermType]) -> list[str]:
+    """Symbol of each term; a second term of a kind is called like the first with a 2."""
+    names: list[str] = []
+    for term in terms:
+        symbol = "sigma" if isinstance(term, GaussMarkov) else term.symbols[0]
+        before = sum(name.partition("_")[0] == symbol for name in names)
+        names.append(f"{symbol}_{before + 1}" if before else symbol)
+    return names

@@ -6,17 +6,24 @@
 """
 
 from allanite.study.datasheet.judgement import (
-    ChannelVerdict,
+    ChannelJudgement,
+    DatasheetJudgement,
     DatasheetVerdict,
+    StatementJudgement,
+    StatementNote,
     StatementVerdict,
     hold_against,
 )
-from allanite.study.datasheet.sheet import Datasheet, read_datasheet
+from allanite.study.datasheet.sheet import Datasheet, SheetSection, read_datasheet
 
 __all__ = [
-    "ChannelVerdict",
+    "ChannelJudgement",
     "Datasheet",
+    "DatasheetJudgement",
     "DatasheetVerdict",
+    "SheetSection",
+    "StatementJudgement",
+    "StatementNote",
     "StatementVerdict",
     "hold_against",
     "read_datasheet",

@@ -15,8 +15,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,72 +28,135 @@ from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.noise.datasheet import SheetEntry
 from allanite.noise.given_models import models_of
 from allanite.noise.quick_terms import with_quick_terms_white
-from allanite.plain_files.json_values import plain
+from allanite.quantities.display_units import si_unit
+from allanite.quantities.quantity import Quantity, QuantityStatus
+from allanite.quantities.result import Result
+from allanite.quantities.verdict import Tone, Verdict, WordedCode
 from allanite.recording.channel_names import ways_to_units
 from allanite.recording.records import Kind
 from allanite.study.datasheet.sheet import Datasheet
+from allanite.study.datasheet.version_1 import upgraded
 from allanite.study.study import Study
 
-__all__ = ["ChannelVerdict", "DatasheetVerdict", "StatementVerdict", "hold_against"]
+__all__ = [
+    "ChannelJudgement",
+    "DatasheetJudgement",
+    "DatasheetVerdict",
+    "StatementJudgement",
+    "StatementNote",
+    "StatementVerdict",
+    "hold_against",
+]
 
-Json = Mapping[str, Any]
 Array = NDArray[np.float64]
 
-FORMAT = "allanite-datasheet"
-VERSION = 1
-
-MEETS, FAILS, OPEN = "meets", "does not meet", "not resolved"
-WHOLE = {
-    MEETS: "meets the data sheet",
-    FAILS: "does not meet the data sheet",
-    OPEN: "not resolved",
-}
 #: Kinds whose noise is that of the rate behind them.
 _RATES = {Kind.ANGLE: Kind.RATE, Kind.VELOCITY: Kind.ACCELERATION}
+#: Symbols of statements whose unit is that of another.
+_SYMBOLS = {"minimum": "B"}
+#: Statements that a reason names.
+_NAMED = 6
+
+
+class DatasheetVerdict(Verdict):
+    """Does the sensor keep what the sheet promises?"""
+
+    FAILS = "does not meet the data sheet", "does not meet the data sheet", Tone.FATAL
+    OPEN = "not resolved", "not resolved", Tone.WARNING
+    NOTHING = "nothing measured", "nothing measured", Tone.WARNING
+    MEETS = "meets the data sheet", "meets the data sheet", Tone.GOOD
+
+
+class StatementVerdict(StrEnum):
+    """Is one statement met?"""
+
+    MEETS = "meets"
+    FAILS = "does not meet"
+    OPEN = "not resolved"
+
+
+#: What one statement makes of the whole, the worst first.
+_WHOLE = {
+    StatementVerdict.FAILS: DatasheetVerdict.FAILS,
+    StatementVerdict.OPEN: DatasheetVerdict.OPEN,
+    StatementVerdict.MEETS: DatasheetVerdict.MEETS,
+}
+
+
+class StatementNote(WordedCode):
+    """What is to be known of a measured value."""
+
+    NO_MODEL = "no model", "the study holds no noise model of this channel"
+    NO_MARKOV = "no Gauss-Markov term", "the fitted model holds no Gauss-Markov term"
+    NO_TERM = "no such term", "the fitted model holds no such term"
+    LIMIT = "upper limit", "upper limit: the record does not show it"
+    SAME_PEAK = "B with the same peak", "of the Gauss-Markov term: the B with the same peak"
+    NO_LAG = "no lag was fitted", "no lag of the curve was fitted"
+    STILL_FALLS = "still falls", "the curve still falls at"
+    MINIMUM = "minimum", "at"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StatementVerdict:
+class StatementJudgement(Result):
     """One statement of the sheet and what was measured.
 
     Attributes
     ----------
+    verdict : StatementVerdict or None
+        "meets", "does not meet" or "not resolved"; None of a correlation time, which is no promise.
     entry : SheetEntry
-    measured : float or None
-        Estimate in SI; None where the record gives a limit only, or nothing.
-    lower, upper : float
-        Interval of it; infinite `upper` where nothing is known.
-    verdict : "meets", "does not meet", "not resolved" or "" (a correlation time is no promise)
-    note : str
+        What is stated.
+    measured : Quantity
+        An upper limit has a lower end above zero where the record shows that much.
+    remark : StatementNote or None
+        What is to be known of it.
+    tau : float or None [s]
+        Averaging time of the minimum, or at which the curve still falls.
     """
 
+    STATED: ClassVar[tuple[str, ...]] = ("verdict",)
+
     entry: SheetEntry
-    measured: float | None
-    lower: float
-    upper: float
-    verdict: str
-    note: str = ""
+    measured: Quantity
+    remark: StatementNote | None = None
+    tau: float | None = None
 
     @property
-    def ratio(self) -> tuple[float | None, float, float]:
-        """Measured over stated, with its interval."""
-        stated = self.entry.value
-        return (
-            None if self.measured is None else self.measured / stated,
-            self.lower / stated,
-            self.upper / stated,
-        )
+    def verdict(self) -> StatementVerdict | None:
+        """Where the interval lies; a limit that nobody knows leaves the statement open."""
+        if self.entry.symbol == "T":
+            return None
+        if self.measured.upper <= self.entry.value:
+            return StatementVerdict.MEETS
+        return StatementVerdict.FAILS if self.measured.lower > self.entry.value else StatementVerdict.OPEN
+
+    @property
+    def note(self) -> str:
+        """The remark in words; "" for none."""
+        place = "" if self.tau is None else f" {self.tau:.4g} s"
+        return "" if self.remark is None else f"{self.remark.words}{place}"
+
+    @property
+    def ratio(self) -> Quantity:
+        """Measured over stated."""
+        m, stated = self.measured, self.entry.value
+        return replace(m, value=m.value / stated, lower=m.lower / stated, upper=m.upper / stated, unit="1")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChannelVerdict:
+class ChannelJudgement(Result):
     """A channel beside its section of the sheet.
 
     Attributes
     ----------
-    name, kind, unit, section : str
-    statements : tuple of StatementVerdict
+    name, kind, unit : str
+        Of the channel.
+    section : str
+        Of the sheet.
+    statements : tuple of StatementJudgement
+        All of the section.
     sheet : NoiseModel
+        What the section states, as a model.
     curve : ChannelCurve
         The study's curve of the channel.
     stated : ndarray, shape (n_lags,) [SI]
@@ -103,70 +167,74 @@ class ChannelVerdict:
     kind: str
     unit: str
     section: str
-    statements: tuple[StatementVerdict, ...]
+    statements: tuple[StatementJudgement, ...]
     sheet: NoiseModel
-    curve: ChannelCurve
-    stated: Array
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain data."""
-        ratios = {
-            f"ratio_{key}": plain(getattr(self.curve, key) / self.stated)
-            for key in ("deviation", "lower", "upper")
-        }
-        return {
-            "name": self.name,
-            "kind": self.kind,
-            "unit": self.unit,
-            "section": self.section,
-            "statements": [
-                {
-                    **plain(s.entry),
-                    **{k: v for k, v in plain(s).items() if k != "entry"},
-                    "ratio": plain(s.ratio),
-                }
-                for s in self.statements
-            ],
-            "model": self.sheet.to_json(),
-            "curve": self.curve.to_json(),
-            "stated": self.stated.tolist(),
-            **ratios,
-        }
+    curve: ChannelCurve = field(repr=False)
+    stated: Array = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DatasheetVerdict:
+class DatasheetJudgement(Result):
     """A data sheet, and how a study stands to it.
 
     Attributes
     ----------
+    verdict : DatasheetVerdict
+        "meets the data sheet", "does not meet the data sheet", "not resolved", or "nothing measured": one failure is
+        one too many, one statement that is open leaves the whole open.
     datasheet : Datasheet
-    channels : tuple of ChannelVerdict
+        What is stated.
+    channels : tuple of ChannelJudgement
         Empty where nothing was measured.
-    verdict, reason : str
     """
 
+    FORMAT: ClassVar[str] = "allanite-datasheet"
+    VERSION: ClassVar[int] = 2
+    STATED: ClassVar[tuple[str, ...]] = ("verdict",)
+
     datasheet: Datasheet
-    channels: tuple[ChannelVerdict, ...]
-    verdict: str
-    reason: str
+    channels: tuple[ChannelJudgement, ...]
 
     def __repr__(self) -> str:
-        return f"<DatasheetVerdict: {self.verdict}: {self.reason}>"
+        return f"<DatasheetJudgement: {self.verdict}: {self.reason}>"
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, from which figures and reports are made."""
-        return {
-            "format": FORMAT,
-            "version": VERSION,
-            **self.datasheet.to_json(),
-            "verdict": self.verdict,
-            "reason": self.reason,
-            "channels": [c.to_json() for c in self.channels],
-        }
+    @property
+    def verdict(self) -> DatasheetVerdict:
+        """One failure is one too many; one that is open leaves the whole open."""
+        verdicts = [verdict for _, verdict in self._promises()]
+        if not self.channels:
+            return DatasheetVerdict.NOTHING
+        return next((whole for one, whole in _WHOLE.items() if one in verdicts), DatasheetVerdict.MEETS)
+
+    @property
+    def reason(self) -> str:
+        """Which statements decide it, and how many others there are."""
+        if not self.channels:
+            return "the data sheet alone"
+        promises = [*self._promises()]
+        if self.verdict is DatasheetVerdict.MEETS:
+            return f"all {len(promises)} statements are met"
+        names = [name for name, verdict in promises if _WHOLE[verdict] is self.verdict]
+        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        counts = {v: sum(v is verdict for _, verdict in promises) for v in StatementVerdict}
+        others = ", ".join(f"{n} {v}" for v, n in counts.items() if n and _WHOLE[v] is not self.verdict)
+        return f"{', '.join(names[:_NAMED])}{more}" + (f" ({others})" if others else "")
+
+    def _promises(self) -> list[tuple[str, StatementVerdict]]:
+        """What is promised of each channel, and whether it is met."""
+        return [
+            (f"{c.name}: {s.entry.name.replace('_', ' ')}", s.verdict)
+            for c in self.channels
+            for s in c.statements
+            if s.verdict is not None
+        ]
+
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        return upgraded(data) if data.get("version") == 1 else data
 
 
-def hold_against(study: Study | None, datasheet: Datasheet) -> DatasheetVerdict:
+def hold_against(study: Study | None, datasheet: Datasheet) -> DatasheetJudgement:
     """Hold a study against a data sheet.
 
     Parameters
@@ -178,7 +246,7 @@ def hold_against(study: Study | None, datasheet: Datasheet) -> DatasheetVerdict:
 
     Returns
     -------
-    DatasheetVerdict
+    DatasheetJudgement
 
     Raises
     ------
@@ -186,9 +254,7 @@ def hold_against(study: Study | None, datasheet: Datasheet) -> DatasheetVerdict:
         No section for any channel, one for a channel that is of another kind, or a curve that is not oadev.
     """
     if study is None:
-        return DatasheetVerdict(
-            datasheet=datasheet, channels=(), verdict="nothing measured", reason="the data sheet alone"
-        )
+        return DatasheetJudgement(datasheet=datasheet, channels=())
     kinds = {c.name: _RATES.get(Kind(c.kind), Kind(c.kind)) for c in study.channels}
     known = [name for name in datasheet.sections if name not in ("gyro", "accelerometer", *kinds)]
     if known:
@@ -204,10 +270,10 @@ def hold_against(study: Study | None, datasheet: Datasheet) -> DatasheetVerdict:
             f"study: {there}{f'. Characterize again: {way}' if way else ''}"
         )
     channels = tuple(_channel(study, name, model, datasheet) for name, model in models.items())
-    return DatasheetVerdict(datasheet=datasheet, channels=channels, **_together(channels))
+    return DatasheetJudgement(datasheet=datasheet, channels=channels)
 
 
-def _channel(study: Study, name: str, sheet: NoiseModel, datasheet: Datasheet) -> ChannelVerdict:
+def _channel(study: Study, name: str, sheet: NoiseModel, datasheet: Datasheet) -> ChannelJudgement:
     channel = study[name]
     curve = channel.curve
     if curve.statistic != "oadev":
@@ -217,12 +283,17 @@ def _channel(study: Study, name: str, sheet: NoiseModel, datasheet: Datasheet) -
     section = next(name for name, model in datasheet.models.items() if model is sheet)
     fitted = study.models[name].families if name in study.models else ()
     models = [with_quick_terms_white(m, curve.dt) for m in fitted]
-    return ChannelVerdict(
+    return ChannelJudgement(
         name=name,
         kind=channel.kind,
         unit=channel.unit,
         section=section,
-        statements=tuple(_statement(e, models, curve) for e in datasheet.sections[section].entries),
+        statements=tuple(
+            _statement(
+                e, models, curve, si_unit(channel.kind, _SYMBOLS.get(e.symbol, e.symbol), channel.unit)
+            )
+            for e in datasheet.sections[section].entries
+        ),
         sheet=sheet,
         curve=curve,
         stated=np.sqrt(sheet.avar_sampled(curve.lags.astype(np.float64), curve.dt, curve.sampling)),
@@ -232,53 +303,46 @@ def _channel(study: Study, name: str, sheet: NoiseModel, datasheet: Datasheet) -
 # -- one statement ----------------------------------------------------------------------------------------------
 
 
-def _statement(entry: SheetEntry, models: Sequence[NoiseModel], curve: ChannelCurve) -> StatementVerdict:
+def _statement(
+    entry: SheetEntry, models: Sequence[NoiseModel], curve: ChannelCurve, unit: str
+) -> StatementJudgement:
+    def of(
+        value: float = math.nan,
+        ends: tuple[float, float] = (math.nan, math.nan),
+        remark: StatementNote | None = None,
+        tau: float | None = None,
+    ) -> StatementJudgement:
+        known = QuantityStatus.UPPER_LIMIT if math.isfinite(ends[1]) else QuantityStatus.NOT_RESOLVED
+        status = known if math.isnan(value) else QuantityStatus.RESOLVED
+        measured = Quantity(value=value, lower=ends[0], upper=ends[1], unit=unit, status=status)
+        return StatementJudgement(entry=entry, measured=measured, remark=remark, tau=tau)
+
     if not models:
-        return _open(entry, "the study holds no noise model of this channel")
-    if entry.symbol == "minimum":
-        value, lower, upper, note = _minimum(models, curve)
-    else:
-        value, lower, upper, note = _estimate(entry.symbol, models)
-    verdict = _judged(entry.value, lower, upper)
-    if entry.symbol == "T":
-        verdict = ""
-    return StatementVerdict(entry=entry, measured=value, lower=lower, upper=upper, verdict=verdict, note=note)
+        return of(remark=StatementNote.NO_MODEL)
+    return of(*(_minimum(models, curve) if entry.symbol == "minimum" else _estimate(entry.symbol, models)))
 
 
-def _judged(stated: float, lower: float, upper: float) -> str:
-    if upper <= stated:
-        return MEETS
-    return FAILS if lower > stated else OPEN
+_Measured = tuple[float, tuple[float, float], StatementNote | None, float | None]
+_UNKNOWN = (math.nan, math.nan)
 
 
-def _open(entry: SheetEntry, note: str) -> StatementVerdict:
-    return StatementVerdict(
-        entry=entry,
-        measured=None,
-        lower=0.0,
-        upper=math.inf,
-        verdict="" if entry.symbol == "T" else OPEN,
-        note=note,
-    )
-
-
-def _estimate(symbol: str, models: Sequence[NoiseModel]) -> tuple[float | None, float, float, str]:
+def _estimate(symbol: str, models: Sequence[NoiseModel]) -> _Measured:
     """A coefficient over all families that the record cannot tell apart: the first one's value, all their intervals."""
     names = ("B", "B_equiv") if symbol == "B" else (symbol,)
     estimates = [e for m in models for e in m.estimates if e.symbol in names]
     if not estimates:
-        words = "no Gauss-Markov term" if symbol in ("sigma", "T") else "no such term"
-        return None, 0.0, math.inf, f"the fitted model holds {words}"
+        missing = StatementNote.NO_MARKOV if symbol in ("sigma", "T") else StatementNote.NO_TERM
+        return math.nan, _UNKNOWN, missing, None
     first = estimates[0]
-    lower, upper = min(e.lower for e in estimates), max(e.upper for e in estimates)
+    ends = min(e.lower for e in estimates), max(e.upper for e in estimates)
     value = first.value if all(e.supported for e in estimates) else None
-    note = "" if value is not None else "upper limit: the record does not show it"
+    remark = StatementNote.LIMIT if value is None else None
     if symbol == "B" and first.symbol == "B_equiv":
-        note = "of the Gauss-Markov term: the B with the same peak"
-    return value, lower, upper, note
+        remark = StatementNote.SAME_PEAK
+    return math.nan if value is None else value, ends, remark, None
 
 
-def _minimum(models: Sequence[NoiseModel], curve: ChannelCurve) -> tuple[float | None, float, float, str]:
+def _minimum(models: Sequence[NoiseModel], curve: ChannelCurve) -> _Measured:
     """The Allan deviation where the fitted model has its minimum, over all families.
 
     No minimum lies above the deviation at any lag: the upper end is taken where the model says that it will be lowest.
@@ -286,7 +350,7 @@ def _minimum(models: Sequence[NoiseModel], curve: ChannelCurve) -> tuple[float |
     places = np.flatnonzero(curve.used)
     known = [m for m in models if m.terms]
     if not len(places) or not known:
-        return None, 0.0, math.inf, "no lag of the curve was fitted"
+        return math.nan, _UNKNOWN, StatementNote.NO_LAG, None
     low, deviation, high = (column[places] for column in (curve.lower, curve.deviation, curve.upper))
     m, tau = curve.lags[places].astype(np.float64), curve.tau[places]
     expected = [np.sqrt(model.avar_sampled(m, curve.dt, curve.sampling)) for model in known]
@@ -294,36 +358,12 @@ def _minimum(models: Sequence[NoiseModel], curve: ChannelCurve) -> tuple[float |
     upper = max(high[int(np.argmin(e * high / deviation))] for e in expected)
     if max(lowest) == len(m) - 1:
         lower = min(_floor(model) for model in known)
-        return None, lower, float(upper), f"the curve still falls at {tau[-1]:.4g} s"
+        return math.nan, (lower, float(upper)), StatementNote.STILL_FALLS, float(tau[-1])
     lower = min(float(low[i]) for i in lowest)
-    return float(deviation[lowest[0]]), lower, float(upper), f"at {tau[lowest[0]]:.4g} s"
+    return float(deviation[lowest[0]]), (lower, float(upper)), StatementNote.MINIMUM, float(tau[lowest[0]])
 
 
 def _floor(model: NoiseModel) -> float:
     """What the deviation of a model cannot fall below at any time: the floor of flicker that the record shows."""
     flicker = model.estimate("B")
     return FLICKER_FLOOR * flicker.lower if flicker is not None and flicker.supported else 0.0
-
-
-# -- all statements ---------------------------------------------------------------------------------------------
-
-
-def _together(channels: Sequence[ChannelVerdict]) -> dict[str, str]:
-    """One failure is one too many; one that is open leaves the whole open."""
-    named = [
-        (f"{c.name}: {s.entry.name.replace('_', ' ')}", s.verdict)
-        for c in channels
-        for s in c.statements
-        if s.verdict
-    ]
-    worst = next((v for v in (FAILS, OPEN) if any(v == verdict for _, verdict in named)), MEETS)
-    if worst == MEETS:
-        return {"verdict": WHOLE[MEETS], "reason": f"all {len(named)} statements are met"}
-    there = [name for name, verdict in named if verdict == worst]
-    more = f" and {len(there) - 6} more" if len(there) > 6 else ""
-    counts = {v: sum(v == verdict for _, verdict in named) for v in (MEETS, FAILS, OPEN)}
-    others = ", ".join(f"{n} {v}" for v, n in counts.items() if n and v != worst)
-    return {
-        "verdict": WHOLE[worst],
-        "reason": f"{', '.join(there[:6])}{more}" + (f" ({others})" if others else ""),
-    }

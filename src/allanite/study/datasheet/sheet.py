@@ -18,43 +18,60 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from allanite.errors import FormatError, InputError
 from allanite.noise import NoiseModel
-from allanite.noise.datasheet import SensorSheet, sensor_sheet
-from allanite.plain_files.json_values import plain
+from allanite.noise.datasheet import SheetEntry, sensor_sheet
 from allanite.plain_files.yaml_text import read_yaml
+from allanite.quantities.result import Result
 
-__all__ = ["Datasheet", "read_datasheet"]
+__all__ = ["Datasheet", "SheetSection", "read_datasheet"]
 
 _FOR_THE_READER = ("sensor", "source")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Datasheet:
+class SheetSection(Result):
+    """What a data sheet states of one kind of sensor, or of one channel.
+
+    Attributes
+    ----------
+    entries : tuple of SheetEntry
+        Statement by statement.
+    model : NoiseModel
+        What they make; its "verdict" says how they were read.
+    """
+
+    entries: tuple[SheetEntry, ...]
+    model: NoiseModel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Datasheet(Result):
     """What a data sheet states.
 
     Attributes
     ----------
-    sections : mapping of str to SensorSheet
+    sections : mapping of str to SheetSection
         By "gyro", "accelerometer", or the name of a channel.
     sensor, source : str
         What it is called, and where the numbers come from.
-    models : dict of str to NoiseModel
-        The model of each section.
+    file : str
+        Name of its file; "" where it comes from none.
     """
 
-    sections: Mapping[str, SensorSheet]
+    sections: Mapping[str, SheetSection]
     sensor: str = ""
     source: str = ""
-    models: dict[str, NoiseModel] = field(init=False)
+    file: str = ""
 
-    def __post_init__(self) -> None:
-        made = {name: NoiseModel.of_sheet(section) for name, section in self.sections.items()}
-        object.__setattr__(self, "models", made)
+    @property
+    def models(self) -> dict[str, NoiseModel]:
+        """The model of each section."""
+        return {name: section.model for name, section in self.sections.items()}
 
     @classmethod
     def of(cls, sensor: str = "", source: str = "", **sections: Mapping[str, Any]) -> Datasheet:
@@ -75,24 +92,14 @@ class Datasheet:
                     f"section {name!r} holds entries like 'bias_instability: 5 deg/h', not {entries!r}"
                 )
             try:
-                made[name] = sensor_sheet(entries)
+                sheet = sensor_sheet(entries)
             except InputError as error:
                 raise InputError(f"{name}: {error}") from None
             role = {"gyro": "rate", "accelerometer": "acceleration"}.get(name)
-            if role is not None and made[name].kind != role:
-                raise InputError(f"{name}: these are units of {made[name].kind}, not of {role}")
+            if role is not None and sheet.kind != role:
+                raise InputError(f"{name}: these are units of {sheet.kind}, not of {role}")
+            made[name] = SheetSection(entries=sheet.entries, model=NoiseModel.of_sheet(sheet))
         return cls(sections=made, sensor=sensor, source=source)
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "sensor": self.sensor,
-            "source": self.source,
-            "sections": {
-                name: {"entries": plain(section.entries), "model": self.models[name].to_json()}
-                for name, section in self.sections.items()
-            },
-        }
 
 
 def read_datasheet(path: str | os.PathLike[str]) -> Datasheet:
@@ -128,10 +135,11 @@ def read_datasheet(path: str | os.PathLike[str]) -> Datasheet:
     if wrong:
         raise FormatError(f"{place}: {wrong[0]} is a line of text, not {words[wrong[0]]!r}")
     try:
-        return Datasheet.of(
+        sheet = Datasheet.of(
             str(words.get("sensor", "")),
             str(words.get("source", "")),
             **{key: value for key, value in content.items() if key not in _FOR_THE_READER},
         )
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
+    return replace(sheet, file=place.name)

@@ -21,11 +21,13 @@ if TYPE_CHECKING:
     from allanite.experiments.position_planning import PositionPlan
     from allanite.experiments.rate_table import RateTableEstimate
     from allanite.experiments.redundancy import Combination
+    from allanite.fitting.overbound import Bounds
     from allanite.fitting.selection import TermSelection
     from allanite.fitting.spectral.spectra import Spectra
     from allanite.stability.record_comparison import Comparison
     from allanite.stability.shared_noise import Separation
     from allanite.stability.variation import Variation
+    from allanite.study.datasheet import DatasheetJudgement
     from allanite.study.results import ChannelStudy
     from allanite.study.study import Study
     from allanite.views.wording import ChannelGroup
@@ -70,7 +72,7 @@ def plot(
         ("whole", "series", "drift", "terms", "whiteness"). NorthEstimate: `view` ("whole", "compass", "running").
         AlignmentEstimate: `view` ("whole", "compass", "convergence", "residuals").
         CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation").
-        DatasheetVerdict: `view` ("whole", "curves", "ratio"). Bounds: `view` ("whole", "curves", "inflation").
+        DatasheetJudgement: `view` ("whole", "curves", "ratio"). Bounds: `view` ("whole", "curves", "inflation").
         Difference: `view` ("whole", "curves", "drift").
         Selection: `view` ("whole", "weights", "curves") and `channels`.
         Separation: `view` ("whole", "parts", "correlation"). Variation: `view` ("whole", "map", "lines") and
@@ -381,25 +383,23 @@ def _combination(result: Combination, *, view: str = "whole") -> Sheet:
     return _column([make(result) for name, make in parts.items() if view in ("whole", name)])
 
 
-def _datasheet(result: Any, *, view: str = "whole") -> Sheet:
+def _datasheet(result: DatasheetJudgement, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import datasheet
 
     _known_view(view, datasheet.VIEWS, "a data sheet")
-    document = result if isinstance(result, Mapping) else result.to_json()
-    parts: Parts = {"curves": lambda: datasheet.sheet_panels(document)}
-    if document["channels"]:
-        parts["ratio"] = lambda: [datasheet.ratio_panel(document)]
+    parts: Parts = {"curves": lambda: [*datasheet.sheet_panels(result)]}
+    if result.channels:
+        parts["ratio"] = lambda: [datasheet.ratio_panel(result)]
     return _in_view(parts, view, f"this data sheet alone has no figure {view!r}: nothing was measured")
 
 
-def _bounds(result: Any, *, view: str = "whole") -> Sheet:
-    from allanite.views.figures import datasheet
+def _bounds(result: Bounds, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import overbound
 
-    _known_view(view, ("whole", "curves", "inflation"), "bounds")
-    document = result if isinstance(result, Mapping) else result.to_json()
+    _known_view(view, overbound.VIEWS, "bounds")
     parts: Parts = {
-        "curves": lambda: datasheet.bound_panels(document),
-        "inflation": lambda: [datasheet.inflation_panel(document)],
+        "curves": lambda: [*overbound.bound_panels(result)],
+        "inflation": lambda: [overbound.inflation_panel(result)],
     }
     return _in_view(parts, view, f"these bounds have no figure {view!r}")
 
@@ -567,8 +567,6 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-filtered"), _filtered),
     (_document("allanite-rate-vector"), _rate_vector),
     (_document("allanite-dead-reckoning"), _dead_reckoning),
-    (_document("allanite-datasheet"), _datasheet),
-    (_document("allanite-overbound"), _bounds),
     (_document("allanite-difference"), _difference),
     (_document("allanite-static-spans"), _static),
     (_document("allanite-calibration-estimate"), _calibration),
@@ -597,7 +595,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("Environment"), _environment),
     (_named("PositionPlan"), _position_plan),
     (_named("DeadReckoning"), _dead_reckoning),
-    (_named("DatasheetVerdict"), _datasheet),
+    (_named("DatasheetJudgement"), _datasheet),
     (_named("Bounds"), _bounds),
     (_named("Difference"), _difference),
     (_named("StaticSpans"), _static),

@@ -45,6 +45,7 @@ __all__ = [
     "STATISTICS",
     "channel_panels",
     "curve_panels",
+    "deviations_panel",
     "floor_curves",
     "group_panel",
     "measured_curve",
@@ -527,6 +528,22 @@ def _slope_key(frame: Frame) -> tuple[Guide, ...]:
             Guide(x=(centre[0], centre[0] * reach), y=ends, name=name, name_x=centre[0] * reach, slope=slope)
         )
     return tuple(guides)
+
+
+def deviations_panel(title: str, unit: str, curves: tuple[Curve, ...]) -> Panel:
+    """Curves of deviations, with limits that hold them and their bands."""
+    x = positive_range(*(c.x for c in curves))
+    bands = [c.upper for c in curves if c.upper is not None]
+    low, high = positive_range(*(c.y for c in curves), *bands)
+    x = (x[0] / 1.5, x[1] * 1.5)
+    return Panel(
+        title=title,
+        x=tau_axis(x),
+        y=Axis(label=f"Allan deviation σ(τ) [{unit}]", log=True, limits=(low / 2, high * 2)),
+        curves=curves,
+        height=0.56,
+        key="above",
+    )
 
 
 def tau_axis(limits: Limits) -> Axis:

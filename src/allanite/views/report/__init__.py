@@ -43,9 +43,7 @@ _PAGES = {
     "allanite-reference-aided": "filtered",
     "allanite-calibration-estimate": "calibration",
     "allanite-dead-reckoning": "dead_reckoning",
-    "allanite-datasheet": "datasheet",
     "allanite-difference": "difference",
-    "allanite-overbound": "datasheet",
 }
 #: Results whose plain document does not name its format.
 _FORMATS = {"Filtered": "allanite-filtered", "ReferenceAided": "allanite-reference-aided"}

@@ -38,7 +38,7 @@ BETWEEN = 3
 
 @contextmanager
 def progress(*, quiet: bool = False) -> Iterator[Advance | None]:
-    """A bar on stderr; None where stderr is no terminal, or with `quiet`.
+    """A bar on stderr from the first step on; None where stderr is no terminal, or with `quiet`.
 
     What it gives is called with a fraction and, if there is one, the name of the step.
     """
@@ -57,9 +57,9 @@ def progress(*, quiet: bool = False) -> Iterator[Advance | None]:
     task = bar.add_task("", total=1.0)
 
     def advance(fraction: float, text: str = "") -> None:
+        bar.start()
         bar.update(task, completed=fraction, description=text or None)
 
-    bar.start()
     try:
         yield advance
     finally:

@@ -11,7 +11,6 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``north``    directions
 ``selection``  weights of sets of terms
 ``rate_table``  the response to a rate table
-``datasheet``  statements of a data sheet, and bounds above a model
 ``difference``  two noise models side by side
 ``dead_reckoning``  errors of a navigator over time
 ``calibration``  parameters, positions and turns of a self-calibration
@@ -31,7 +30,6 @@ from allanite.views.wording.calibration import (
     still_open,
     turn_lines,
 )
-from allanite.views.wording.datasheet import bound_lines, bound_words, inflation_words, statement_lines
 from allanite.views.wording.dead_reckoning import (
     BUDGET_QUANTITIES,
     budget_facts,
@@ -127,8 +125,6 @@ __all__ = [
     "angle",
     "arcs_words",
     "axis_facts",
-    "bound_lines",
-    "bound_words",
     "budget_facts",
     "budget_lines",
     "budget_rows",
@@ -161,7 +157,6 @@ __all__ = [
     "growth_rows",
     "headings",
     "headline",
-    "inflation_words",
     "interval",
     "is_poor",
     "key_numbers",
@@ -196,7 +191,6 @@ __all__ = [
     "signed",
     "slope_reading",
     "source_rows",
-    "statement_lines",
     "still_open",
     "tone",
     "turn_lines",

@@ -58,7 +58,6 @@ _TONES = {
     "bias not known": "warning",
     "consistent": "good",
     "calibrated": "good",
-    "meets the data sheet": "good",
     "not resolved": "warning",
     "not separable": "warning",
     "not separable from g-sensitivity": "warning",
@@ -68,7 +67,6 @@ _TONES = {
     "inconsistent": "fatal",
     "inconsistent with Earth": "fatal",
     "not calibrated": "fatal",
-    "does not meet the data sheet": "fatal",
 }
 _CONTRADICTIONS = ("turn_not_listed", "turn_not_seen")
 
