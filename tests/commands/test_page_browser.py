@@ -520,6 +520,21 @@ def test_a_closer_look_and_its_result_among_the_results(page: Any) -> None:
     assert "take.parquet" in page.locator("main h1").text_content()
 
 
+def test_on_a_narrow_screen_the_name_of_the_open_recording_leads_to_it(page: Any) -> None:
+    name = page.locator("#side-files a", has_text="bench.csv")
+    name.click()
+    page.locator("main h1").wait_for()
+    page.set_viewport_size({"width": 390, "height": 844})
+    for _ in range(2):  # the second time its address is the one that is open
+        page.evaluate("window.scrollTo(0, 0)")
+        assert page.evaluate(_TOP) > 300
+        name.click()
+        until(page, lambda: page.evaluate(_TOP) < 100)
+
+
+_TOP = "document.getElementById('main-view').getBoundingClientRect().top"
+
+
 def test_what_a_file_does_not_say_is_asked_in_its_words(page: Any, tmp_path: Path) -> None:
     """The rate alone, which its reader misses; then the counts of each sensor, where gravity tells one."""
     page.locator("#drop-input").set_input_files(imu_log(tmp_path / "bare.csv", units=False, n=400))

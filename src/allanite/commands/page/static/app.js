@@ -84,6 +84,10 @@ async function begin() {
   jobList(document.getElementById("side-jobs"));
   work.follow(() => catalogue.refresh().catch(() => {}));
   window.addEventListener("hashchange", () => show(session));
+  document.addEventListener("click", (event) => {
+    // A link to the view that is open changes no address: it leads to its top.
+    if (event.target.closest("a")?.getAttribute("href") === location.hash) begun(location.hash.split("/")[1]);
+  });
   await show(session);
 }
 
