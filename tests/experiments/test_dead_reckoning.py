@@ -18,7 +18,7 @@ from verification.dead_reckoning import CASES, STATES, strapdown_errors
 import allanite as al
 from allanite.commands.dead_reckoning import dead_reckoning_of
 from allanite.errors import InputError
-from allanite.experiments.dead_reckoning import DeadReckoning, InitialErrors, dead_reckon
+from allanite.experiments.dead_reckoning import DeadReckoning, InitialErrors, ReckoningRemark, dead_reckon
 from allanite.experiments.dead_reckoning.dynamics import error_dynamics, radii
 from allanite.experiments.dead_reckoning.intervals import VariancePart, interval
 from allanite.experiments.dead_reckoning.propagation import covariances
@@ -37,6 +37,7 @@ from allanite.noise import (
 from allanite.quantities.earth import EARTH_RATE, normal_gravity
 from shell import Run
 
+OLD = Path(__file__).parent / "documents"
 LATITUDE = 0.84
 G = normal_gravity(LATITUDE)
 DEG = math.radians(1)
@@ -393,6 +394,14 @@ def test_notes_say_what_is_missing_and_where_the_model_ends() -> None:
     assert still.sinking[-1] == pytest.approx(G * 2 * 1e-4 / 2 * 100 / 2, rel=1e-3)
 
 
+def test_every_remark_is_in_a_document_of_version_1_and_the_first_documents_are_read() -> None:
+    documents = [json.loads(p.read_text(encoding="utf-8")) for p in OLD.glob("dead-reckoning-1-*.json")]
+    assert {code for d in documents for code in DeadReckoning.from_json(d).remarks} == {*ReckoningRemark}
+    first = next(d for d in documents if d["rest"] and d["vertical"])
+    del first["vertical"]
+    assert DeadReckoning.from_json(first).vertical
+
+
 def test_an_alternative_is_told() -> None:
     flicker = NoiseModel.of(White(N=1e-4), Flicker(B=2e-5))
     both = replace(flicker, alternative=NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(2e-5, 100.0)))
@@ -469,7 +478,7 @@ def test_models_of_another_program_tell_their_rate_but_no_length_of_a_record(tmp
         "accelerometer_noise_density: 2.0e-3\naccelerometer_random_walk: 3.0e-3\n"
     )
     found = dead_reckoning_of([place], latitude=LATITUDE, duration=60.0)
-    assert found.document["rate"] == 200.0
+    assert found.plain["rate"] == 200.0
     assert not any("extrapolation" in note for note in found.result.notes)
 
 

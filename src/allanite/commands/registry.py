@@ -11,6 +11,7 @@ from allanite.commands.characterize import CHARACTERIZE
 from allanite.commands.combine import COMBINE
 from allanite.commands.compare import COMPARE
 from allanite.commands.datasheet import DATASHEET
+from allanite.commands.dead_reckon import DEAD_RECKON
 from allanite.commands.declaration import Command, Place
 from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.environment import ENVIRONMENT
@@ -46,6 +47,7 @@ COMMANDS: Mapping[str, Command] = {
         ALIGN,
         RATE_TABLE,
         COMBINE,
+        DEAD_RECKON,
         DATASHEET,
         OVERBOUND,
     )

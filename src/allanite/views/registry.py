@@ -56,6 +56,11 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
         "PositionPlan",
         "allanite.views.position_plan",
     ),
+    "allanite-dead-reckoning": (
+        "allanite.experiments.dead_reckoning",
+        "DeadReckoning",
+        "allanite.views.dead_reckoning",
+    ),
     "allanite-datasheet": ("allanite.study.datasheet", "DatasheetJudgement", "allanite.views.datasheet"),
     "allanite-overbound": ("allanite.fitting.overbound", "Bounds", "allanite.views.overbound"),
     "allanite-east-west-null": ("allanite.experiments.north", "EastWestNull", "allanite.views.null_test"),

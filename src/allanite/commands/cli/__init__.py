@@ -11,7 +11,6 @@ from allanite.commands.cli import declared
 from allanite.commands.cli import noise
 from allanite.commands.cli import files
 from allanite.commands.cli import filtering
-from allanite.commands.cli import dead_reckoning
 from allanite.commands.cli import calibration
 from allanite.commands.cli import difference
 from allanite.commands.cli import recording
@@ -30,7 +29,6 @@ __all__ = [
     "Lags",
     "calibration",
     "cli",
-    "dead_reckoning",
     "declared",
     "demo",
     "difference",

@@ -284,6 +284,48 @@ class Goals(Listed):
         return float(kinds[kind](text, param, ctx))
 
 
+class Initial(Listed):
+    """Standard deviations at the start: tilt=0.1deg,heading=1deg,gyro.bias=10deg/h,accelerometer.bias=1mg."""
+
+    name = "initial"
+    parts = "mapping"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        from allanite.errors import InputError
+        from allanite.experiments.dead_reckoning import InitialErrors
+
+        sizes = {}
+        for part in value.split(","):
+            name, _, text = (word.strip() for word in part.partition("="))
+            try:
+                sizes[name.replace(".", "_")] = in_si(text, self._quantity(name, param, ctx))
+            except InputError as error:
+                self.fail(f"{name}={text}: {error}", param, ctx)
+        try:
+            return InitialErrors(**sizes)
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+
+    def _quantity(self, name: str, param: click.Parameter | None, ctx: click.Context | None) -> QuantityKind:
+        from allanite.quantities.units import QuantityKind
+
+        quantities = {
+            "position": QuantityKind.LENGTH,
+            "velocity": QuantityKind.VELOCITY,
+            "tilt": QuantityKind.ANGLE,
+            "heading": QuantityKind.ANGLE,
+            "gyro.bias": QuantityKind.ANGLE_RATE,
+            "accelerometer.bias": QuantityKind.ACCELERATION,
+            **{f"{s}.scale": QuantityKind.RATIO for s in ("gyro", "accelerometer")},
+            **{f"{s}.misalignment": QuantityKind.ANGLE for s in ("gyro", "accelerometer")},
+        }
+        if name not in quantities:
+            self.fail(f"{name!r} is no initial error; there are: {', '.join(quantities)}", param, ctx)
+        return quantities[name]
+
+
 class Angle(click.ParamType[Any]):
     """An angle: degrees, or a number with deg, rad, mrad or arcmin; S and W are negative."""
 
@@ -480,6 +522,7 @@ _KINDS: dict[str, click.ParamType[Any]] = {
     "spans": Spans(),
     "goal": Goal(),
     "goals": Goals(),
+    "initial": Initial(),
     "seconds-list": Durations(),
     "lines": Frequencies(),
     "seconds": Duration(),

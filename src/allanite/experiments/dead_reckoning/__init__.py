@@ -6,10 +6,15 @@
 ``sources``      every term and every initial error as one scalar process that enters that model.
 ``propagation``  exact covariances of all of them at any times.
 ``intervals``    from the intervals of the parameters to those of the result.
-``results``      DeadReckoning, Source and InitialErrors.
+``results``      DeadReckoning, Source and InitialErrors; ``words`` their sentences.
 """
 
 from allanite.experiments.dead_reckoning.estimation import dead_reckon
-from allanite.experiments.dead_reckoning.results import DeadReckoning, InitialErrors, Source
+from allanite.experiments.dead_reckoning.results import (
+    DeadReckoning,
+    InitialErrors,
+    ReckoningRemark,
+    Source,
+)
 
-__all__ = ["DeadReckoning", "InitialErrors", "Source", "dead_reckon"]
+__all__ = ["DeadReckoning", "InitialErrors", "ReckoningRemark", "Source", "dead_reckon"]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -30,15 +30,6 @@ LONGEST = 7 * 86400.0
 _PER_OCTAVE, _OCTAVES = 6, 12
 #: An attitude that is wrong by more is beyond the linear model: cos x is off by 1.5 % [rad].
 _LINEAR = math.radians(10.0)
-#: So much of the height's standard deviation may come besides from the second order of the tilt.
-_SECOND_ORDER = 0.1
-#: What the rest does along the vertical, by whether its mean is removed there.
-_VERTICAL = {
-    False: "the bias of the vertical accelerometer stays in the height; a rest removes it only with --remove-vertical "
-    "(vertical=True)",
-    True: "the bias of the vertical accelerometer is removed by the mean at rest, against normal gravity: a local "
-    "gravity anomaly of 10 mGal adds 1e-4 m/s² t²/2 to the height, which is not in the sums",
-}
 
 
 def dead_reckon(
@@ -131,9 +122,10 @@ def dead_reckon(
         return _result(terms, at_start, setting, noise_models, begun, heading, shown, duration)
 
     first = found({name: replace(model, alternative=None) for name, model in given.items()})
-    undecided = any(model.alternative is not None for model in given.values())
-    others = {name: model.alternative or model for name, model in given.items()} if undecided else None
-    return replace(first, notes=tuple(_notes(first, others, found)), models=given)
+    if all(model.alternative is None for model in given.values()):
+        return first
+    other = found({name: model.alternative or model for name, model in given.items()})
+    return replace(first, other_family=float(other["position_horizontal"][-1]), models=given)
 
 
 # -- what is asked for ------------------------------------------------------------------------------------------
@@ -246,8 +238,6 @@ def _result(
         initial=begun,
         sinking=_sinking(setting, sd),
         linear_until=_linear_until(setting.times, sd),
-        says=_sentence(sd, sources, duration),
-        notes=(),
         models=given,
     )
 
@@ -305,78 +295,3 @@ def _linear_until(times: Array, sd: Array) -> float | None:
     names = list(QUANTITIES)
     far = sd[:, [names.index("tilt"), names.index("heading")]].max(axis=1) > _LINEAR
     return float(times[np.argmax(far)]) if far.any() else None
-
-
-# -- words --------------------------------------------------------------------------------------------------------
-
-
-def _sentence(sd: Array, sources: Sequence[Source], duration: float) -> str:
-    names = list(QUANTITIES)
-    at = {name: float(sd[-1, names.index(name)]) for name in names}
-    first = sources[0]
-    share = first.sd[-1, 0] / at["position_horizontal"] if at["position_horizontal"] > 0 else 0.0
-    most = f", {100 * share**2:.0f} % of its variance by {first.name}" if share > 0 else ""
-    return (
-        f"after {_time(duration)} without aiding the horizontal position is wrong by "
-        f"{_metres(at['position_horizontal'])}{most}; velocity by {at['velocity_horizontal']:.3g} m/s, tilt by "
-        f"{math.degrees(at['tilt']):.3g} deg, heading by {math.degrees(at['heading']):.3g} deg (one standard deviation)"
-    )
-
-
-def _metres(value: float) -> str:
-    return f"{value / 1000:.3g} km" if value >= 2000 else f"{value:.3g} m"
-
-
-def _time(seconds: float) -> str:
-    for unit, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2 * size or seconds == size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.3g} s"
-
-
-def _notes(
-    reckoning: DeadReckoning, others: Mapping[str, NoiseModel] | None, again: Callable[..., DeadReckoning]
-) -> list[str]:
-    notes, kinds = [], {s.sensor for s in reckoning.sources}
-    notes += [
-        f"no noise model of the {sensor}s: their part is not in the sums"
-        for sensor in SENSORS
-        if sensor not in kinds
-    ]
-    if reckoning.initial == InitialErrors():
-        notes.append(
-            "nothing is stated to be wrong at the start: turn-on biases and alignment are not in the sums"
-        )
-    if reckoning.rest is not None and not reckoning.held and "accelerometer" in kinds:
-        notes.append(_VERTICAL[reckoning.vertical])
-    down = reckoning.sd[-1, reckoning.quantities.index("position_down")]
-    if reckoning.sinking[-1] > _SECOND_ORDER * down:
-        notes.append(
-            f"the second order of the tilt alone makes the height wrong by {_metres(float(reckoning.sinking[-1]))} "
-            "at the end, on average: the linear model, and with it the standard deviation of the height, leaves it out"
-        )
-    if limits := [s.name for s in reckoning.sources if s.is_limit]:
-        notes.append(
-            f"not resolved by the record: {', '.join(limits)}; they are not in the standard deviations, but their "
-            "upper limits are in the upper ends"
-        )
-    if not np.isfinite(reckoning.lower).any():
-        notes.append("a model states no intervals (a data sheet, words): there are none of the sums")
-    if reckoning.linear_until is not None:
-        notes.append(
-            f"from {_time(reckoning.linear_until)} on an attitude is wrong by more than 10 deg: beyond that the linear "
-            "error model is an extrapolation"
-        )
-    notes += [
-        f"{name}: the model is inflated to lie above the sensor"
-        for name, m in reckoning.models.items()
-        if m.overbound
-    ]
-    if others is not None:
-        with_other = again(others)
-        column = reckoning.quantities.index("position_horizontal")
-        notes.append(
-            "the record cannot decide between flicker and a Gauss-Markov term; with the other family the horizontal "
-            f"position is wrong by {_metres(float(with_other.sd[-1, column]))} at the end"
-        )
-    return notes

@@ -4,20 +4,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from enum import StrEnum
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.experiments.dead_reckoning import words
+from allanite.experiments.dead_reckoning.version_1 import upgraded
 from allanite.noise import NoiseModel
-from allanite.plain_files.json_values import plain
+from allanite.quantities.result import Result
 
-__all__ = ["QUANTITIES", "DeadReckoning", "InitialErrors", "Source"]
+__all__ = ["QUANTITIES", "DeadReckoning", "InitialErrors", "ReckoningRemark", "Source"]
 
 Array = NDArray[np.float64]
+
+_SENSORS = ("gyro", "accelerometer")
+#: So much of the height's standard deviation may come besides from the second order of the tilt.
+_SECOND_ORDER = 0.1
 
 #: What is told -> the states whose variances make it. "horizontal" and "tilt" are roots of the sum of two variances.
 QUANTITIES: Mapping[str, tuple[int, ...]] = {
@@ -37,18 +44,23 @@ QUANTITIES: Mapping[str, tuple[int, ...]] = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class InitialErrors:
+class InitialErrors(Result):
     """Standard deviations of what is wrong when the dead reckoning begins; all in SI, 0 where not stated.
 
     Attributes
     ----------
-    position, velocity : float [m], [m/s]
+    position : float [m]
         Of each of north, east, down.
+    velocity : float [m/s]
+        Likewise.
     tilt : float [rad]
         About each of north and east.
     heading : float [rad]
-    gyro_bias, accelerometer_bias : float [rad/s], [m/s^2]
+        About the vertical.
+    gyro_bias : float [rad/s]
         Constant from one switching-on to the next (turn-on), of each axis.
+    accelerometer_bias : float [m/s^2]
+        Likewise.
     gyro_scale, accelerometer_scale : float
         Relative error of the scale factor of each axis: of the Earth's rotation, and of gravity.
     gyro_misalignment, accelerometer_misalignment : float [rad]
@@ -76,15 +88,32 @@ class InitialErrors:
             object.__setattr__(self, name, float(value))
 
 
+class ReckoningRemark(StrEnum):
+    """What is to be known of a budget."""
+
+    NO_MODEL = "no model of a sensor"
+    NOTHING_STATED = "nothing wrong at the start"
+    VERTICAL_KEPT = "vertical bias kept"
+    VERTICAL_REMOVED = "vertical bias removed"
+    SECOND_ORDER = "second order of the tilt"
+    LIMITS = "not resolved"
+    NO_INTERVALS = "no intervals"
+    NOT_LINEAR = "beyond the linear model"
+    INFLATED = "inflated"
+    UNDECIDED = "noise not decided"
+    EXTRAPOLATED = "beyond the record"
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Source:
+class Source(Result):
     """One source of error.
 
     Attributes
     ----------
     name : str
         "gyro N", "accelerometer turn-on bias", "initial heading"; all axes together.
-    sensor : "gyro", "accelerometer" or "" (an initial error of the navigation)
+    sensor : str
+        "gyro", "accelerometer", or "" for an initial error of the navigation.
     symbol : str
         Letter of the noise term, "GM" for a Gauss-Markov term; "" for what is not noise.
     is_limit : bool
@@ -105,11 +134,13 @@ class Source:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DeadReckoning:
+class DeadReckoning(Result):
     """Errors of dead reckoning over time.
 
     Attributes
     ----------
+    remarks : tuple of ReckoningRemark
+        Codes of what is to be known of it.
     times : ndarray, shape (n_times,) [s]
         Since the beginning.
     shown : tuple of float [s]
@@ -119,9 +150,15 @@ class DeadReckoning:
     sources : tuple of Source
         The largest of the horizontal position at the end first.
     sd, lower, upper : ndarray, shape (n_times, n_quantities)
-        Of all sources together; the interval at `confidence`, NaN where a model states none.
+        Of all sources together; the interval at `confidence`, NaN where a model states none or an end is open.
     confidence : float
-    duration, latitude, heading : float [s], [rad], [rad]
+        Level of the intervals.
+    duration : float [s]
+        Without aiding.
+    latitude : float [rad]
+        Where the unit stands.
+    heading : float [rad]
+        Of the x axis, clockwise from north.
     rest : float or None [s]
         At rest before the start, to level the unit and to take the biases of the gyros off.
     vertical : bool
@@ -129,16 +166,25 @@ class DeadReckoning:
     held : bool
         Something else holds the height.
     rate : float [Hz]
+        Samples per second.
     initial : InitialErrors
+        Standard deviations of what is wrong at the start.
     sinking : ndarray, shape (n_times,) [m]
         How much lower the unit believes to be on average by the second order of the tilt, g tilt^2/2, which a linear
         model leaves out; it is in no standard deviation. 0 where the height is held.
     linear_until : float or None [s]
         From then on an attitude is wrong by more than the linear model allows; None: it never is.
-    says : str
-    notes : tuple of str
-    models : dict of str to NoiseModel
+    other_family : float or None [m]
+        Horizontal position at the end with the other family of noise; None where the record decides between them.
+    record : float or None [s]
+        Length of the shortest record that a model was fitted to; None where none states it.
+    models : mapping of str to NoiseModel
+        Of each channel.
     """
+
+    FORMAT: ClassVar[str] = "allanite-dead-reckoning"
+    VERSION: ClassVar[int] = 2
+    STATED: ClassVar[tuple[str, ...]] = ("remarks",)
 
     times: Array
     shown: tuple[float, ...]
@@ -158,9 +204,13 @@ class DeadReckoning:
     initial: InitialErrors
     sinking: Array = field(repr=False)
     linear_until: float | None
-    says: str
-    notes: tuple[str, ...]
+    other_family: float | None = None
+    record: float | None = None
     models: Mapping[str, NoiseModel] = field(repr=False)
+
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        return upgraded(data) if data.get("version") == 1 else data
 
     def __getitem__(self, quantity: str) -> Array:
         """Standard deviation of one quantity over `times`.
@@ -170,7 +220,7 @@ class DeadReckoning:
         InputError
             No such quantity.
         """
-        return self.sd[:, self._column(quantity)]
+        return self.sd[:, self.column(quantity)]
 
     def by_source(self, quantity: str) -> dict[str, Array]:
         """Standard deviation of one quantity over `times`, by name of the source.
@@ -180,40 +230,90 @@ class DeadReckoning:
         InputError
             No such quantity.
         """
-        column = self._column(quantity)
+        column = self.column(quantity)
         return {s.name: s.sd[:, column] for s in self.sources}
 
-    def _column(self, quantity: str) -> int:
+    def column(self, quantity: str) -> int:
+        """Of a quantity in all arrays.
+
+        Raises
+        ------
+        InputError
+            No such quantity.
+        """
         if quantity not in self.quantities:
             raise InputError(f"no quantity {quantity!r}; there are: {', '.join(self.quantities)}")
         return self.quantities.index(quantity)
 
-    def table(self) -> list[dict[str, Any]]:
-        """One row for each shown time, source and "all", and quantity: sd, lower, upper in SI."""
-        rows: list[dict[str, Any]] = []
-        for time in self.shown:
-            at = int(np.argmin(np.abs(self.times - time)))
-            for name, part in [("all", self), *((s.name, s) for s in self.sources)]:
-                rows += [
-                    {
-                        "time_s": time,
-                        "source": name,
-                        "quantity": quantity,
-                        **{end: float(getattr(part, end)[at, i]) for end in ("sd", "lower", "upper")},
-                    }
-                    for i, quantity in enumerate(self.quantities)
-                ]
-        return rows
+    @property
+    def rows(self) -> list[int]:
+        """Where the shown times stand in all arrays."""
+        return [int(np.argmin(np.abs(self.times - time))) for time in self.shown]
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, SI units; null for what is not known or infinite."""
-        names = (
-            "says", "notes", "confidence", "duration", "latitude", "heading", "rest", "held", "vertical", "rate",
-            "linear_until", "quantities", "times", "shown", "sd", "lower", "upper", "sinking", "sources", "initial",
-        )  # fmt: skip
-        return {
-            "format": "allanite-dead-reckoning",
-            "version": 1,
-            **{name: plain(getattr(self, name)) for name in names},
-            "models": {name: model.to_json() for name, model in self.models.items()},
-        }
+    def table(self) -> Iterator[dict[str, object]]:
+        """One row for each shown time, source and "all", and quantity: sd, lower, upper in SI."""
+        for time, at in zip(self.shown, self.rows, strict=True):
+            for name, part in [("all", self), *((s.name, s) for s in self.sources)]:
+                for i, quantity in enumerate(self.quantities):
+                    ends = {end: float(getattr(part, end)[at, i]) for end in ("sd", "lower", "upper")}
+                    yield {"time_s": time, "source": name, "quantity": quantity, **ends}
+
+    def largest(self, quantity: str, most: int) -> Sequence[Source]:
+        """The sources that matter most at any shown time, in their order."""
+        column, rows = self.column(quantity), self.rows
+        whole = np.where(self.sd[rows, column] > 0, self.sd[rows, column], np.inf)
+        weights = {s.name: float(np.nanmax(s.sd[rows, column] / whole, initial=0.0)) for s in self.sources}
+        kept = sorted(weights, key=weights.__getitem__, reverse=True)[:most]
+        return [s for s in self.sources if s.name in kept and weights[s.name] > 0.01]
+
+    # -- words ------------------------------------------------------------------------------------------------
+
+    @property
+    def says(self) -> str:
+        """The errors at the end in a sentence."""
+        at = {name: float(self.sd[-1, i]) for i, name in enumerate(self.quantities)}
+        first, whole = self.sources[0], at["position_horizontal"]
+        share = float(first.sd[-1, self.column("position_horizontal")]) / whole if whole > 0 else 0.0
+        return words.errors(self.duration, at, share**2, first.name)
+
+    @property
+    def remarks(self) -> tuple[ReckoningRemark, ...]:
+        """Codes of what is to be known of it."""
+        return tuple(code for code, _ in self._remarks())
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The remarks in sentences."""
+        return tuple(sentence for _, sentence in self._remarks())
+
+    def _remarks(self) -> Iterator[tuple[ReckoningRemark, str]]:
+        kinds = {s.sensor for s in self.sources}
+        for sensor in _SENSORS:
+            if sensor not in kinds:
+                yield ReckoningRemark.NO_MODEL, words.no_model(sensor)
+        if self.initial == InitialErrors():
+            yield ReckoningRemark.NOTHING_STATED, words.NOTHING_STATED
+        if self.rest is not None and not self.held and "accelerometer" in kinds:
+            if self.vertical:
+                yield ReckoningRemark.VERTICAL_REMOVED, words.VERTICAL_REMOVED
+            else:
+                yield ReckoningRemark.VERTICAL_KEPT, words.VERTICAL_KEPT
+        if self.sinking[-1] > _SECOND_ORDER * self.sd[-1, self.column("position_down")]:
+            yield ReckoningRemark.SECOND_ORDER, words.second_order(float(self.sinking[-1]))
+        if limits := [s.name for s in self.sources if s.is_limit]:
+            yield ReckoningRemark.LIMITS, words.not_resolved(limits)
+        if not np.isfinite(self.lower).any():
+            yield ReckoningRemark.NO_INTERVALS, words.NO_INTERVALS
+        yield from self._limits_of_models()
+
+    def _limits_of_models(self) -> Iterator[tuple[ReckoningRemark, str]]:
+        """Where the linear model and those of the noise end."""
+        if self.linear_until is not None:
+            yield ReckoningRemark.NOT_LINEAR, words.not_linear(self.linear_until)
+        for name, model in self.models.items():
+            if model.overbound is not None:
+                yield ReckoningRemark.INFLATED, words.inflated(name)
+        if self.other_family is not None:
+            yield ReckoningRemark.UNDECIDED, words.undecided(self.other_family)
+        if self.record is not None and self.record < self.duration:
+            yield ReckoningRemark.EXTRAPOLATED, words.extrapolated(self.record)

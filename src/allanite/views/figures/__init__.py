@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from plotly.graph_objects import Figure as ScreenFigure
 
     from allanite.experiments.alignment import AlignmentEstimate
+    from allanite.experiments.dead_reckoning import DeadReckoning
     from allanite.experiments.north import NorthEstimate
     from allanite.experiments.position_planning import PositionPlan
     from allanite.experiments.rate_table import RateTableEstimate
@@ -489,13 +490,12 @@ def _position_plan(plan: PositionPlan, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"this plan of positions has no figure {view!r}")
 
 
-def _dead_reckoning(result: Any, *, view: str = "whole") -> Sheet:
+def _dead_reckoning(result: DeadReckoning, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import dead_reckoning
 
     _known_view(view, ("whole", *dead_reckoning.VIEWS), "a budget of dead reckoning")
-    document = result if isinstance(result, Mapping) else result.to_json()
-    views = [v for v in dead_reckoning.VIEWS if not (v == "height" and document["held"])]
-    parts: Parts = {v: lambda v=v: [dead_reckoning.growth_panel(document, v)] for v in views}  # type: ignore[misc]
+    views = [v for v in dead_reckoning.VIEWS if not (v == "height" and result.held)]
+    parts: Parts = {v: lambda v=v: [dead_reckoning.growth_panel(result, v)] for v in views}  # type: ignore[misc]
     return _in_view(parts, view, f"this budget of dead reckoning has no figure {view!r}: the height is held")
 
 
@@ -566,7 +566,6 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-earth-rate"), _earth_rate),
     (_document("allanite-filtered"), _filtered),
     (_document("allanite-rate-vector"), _rate_vector),
-    (_document("allanite-dead-reckoning"), _dead_reckoning),
     (_document("allanite-difference"), _difference),
     (_document("allanite-static-spans"), _static),
     (_document("allanite-calibration-estimate"), _calibration),

@@ -3,17 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
-from allanite.views.figures.panel import SERIES, Axis, Curve, Panel, array, positive_range
-from allanite.views.wording import BUDGET_QUANTITIES, largest_sources, quantity_words
+from allanite.experiments.dead_reckoning import DeadReckoning
+from allanite.views.figures.panel import SERIES, Axis, Curve, Panel, positive_range
+from allanite.views.wording import BUDGET_QUANTITIES, quantity_words
 
 __all__ = ["VIEWS", "growth_panel"]
-
-Json = Mapping[str, Any]
 
 VIEWS = {
     "position": "position_horizontal",
@@ -27,37 +23,32 @@ _DECADES = 1e7
 _LANDMARKS = ((60.0, "1 min"), (600.0, "10 min"), (3600.0, "1 h"), (21600.0, "6 h"), (86400.0, "1 d"))
 
 
-def growth_panel(document: Json, view: str) -> Panel:
+def growth_panel(result: DeadReckoning, view: str) -> Panel:
     """One quantity over time."""
     quantity = VIEWS[view]
-    column, factor = document["quantities"].index(quantity), BUDGET_QUANTITIES[quantity][2]
-    times = array(document["times"])
-
-    def values(part: Json, end: str) -> Any:
-        return array([row[column] for row in part[end]]) / factor
-
-    whole = values(document, "sd")
-    low, high = values(document, "lower"), values(document, "upper")
+    column, (name, _, factor) = result.column(quantity), BUDGET_QUANTITIES[quantity]
+    times = result.times
+    whole, low, high = (part[:, column] / factor for part in (result.sd, result.lower, result.upper))
     banded = bool(np.isfinite(low).any() and np.isfinite(high).any())
     curves = [
         Curve(
             x=times, y=whole, label="together, 1 σ", colour="ink", lower=low if banded else None,
-            upper=high if banded else None, band_label=f"{100 * document['confidence']:g} % interval" if banded else "",
+            upper=high if banded else None, band_label=f"{100 * result.confidence:g} % interval" if banded else "",
         )
     ]  # fmt: skip
-    for i, source in enumerate(largest_sources(document, quantity, _MOST)):
-        sd = values(source, "sd")
+    for i, source in enumerate(result.largest(quantity, _MOST)):
+        sd = source.sd[:, column] / factor
         curves.append(
             Curve(
-                x=times, y=np.where(sd > 0, sd, np.nan), label=source["name"], colour=SERIES[i % len(SERIES)],
+                x=times, y=np.where(sd > 0, sd, np.nan), label=source.name, colour=SERIES[i % len(SERIES)],
                 style="dashed" if i < len(SERIES) // 2 else "dashdot",
             )
         )  # fmt: skip
-    ends = max(float(times.min()), 0.5 * min(document["shown"])), float(times.max())
+    ends = max(float(times.min()), 0.5 * min(result.shown)), float(times.max())
     bottom, top = positive_range(whole, *([high] if banded else []))
     lowest = positive_range(*(c.y for c in curves))[0]
     return Panel(
-        title=f"{BUDGET_QUANTITIES[quantity][0]}, unaided",
+        title=f"{name}, unaided",
         x=Axis(
             label="Time since the start [s]", log=True, limits=ends,
             landmarks=tuple((t, words) for t, words in _LANDMARKS if ends[0] < t < ends[1]),

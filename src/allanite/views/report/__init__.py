@@ -42,7 +42,6 @@ _PAGES = {
     "allanite-filtered": "filtered",
     "allanite-reference-aided": "filtered",
     "allanite-calibration-estimate": "calibration",
-    "allanite-dead-reckoning": "dead_reckoning",
     "allanite-difference": "difference",
 }
 #: Results whose plain document does not name its format.

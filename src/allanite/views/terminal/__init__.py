@@ -4,7 +4,6 @@
 from allanite.views.terminal.calibration import show_calibration
 from allanite.views.terminal.capture import journal, show_captured
 from allanite.views.terminal.console import listen, progress
-from allanite.views.terminal.dead_reckoning import show_dead_reckoning
 from allanite.views.terminal.difference import show_difference
 from allanite.views.terminal.exporting import show_consumers
 from allanite.views.terminal.measurements import (
@@ -34,7 +33,6 @@ __all__ = [
     "show_compaction",
     "show_consumers",
     "show_curve",
-    "show_dead_reckoning",
     "show_difference",
     "show_document",
     "show_filtered",

@@ -12,7 +12,7 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``selection``  weights of sets of terms
 ``rate_table``  the response to a rate table
 ``difference``  two noise models side by side
-``dead_reckoning``  errors of a navigator over time
+``dead_reckoning``  which errors of a navigator are shown
 ``calibration``  parameters, positions and turns of a self-calibration
 """
 
@@ -30,16 +30,7 @@ from allanite.views.wording.calibration import (
     still_open,
     turn_lines,
 )
-from allanite.views.wording.dead_reckoning import (
-    BUDGET_QUANTITIES,
-    budget_facts,
-    budget_rows,
-    growth_rows,
-    largest_sources,
-    quantity_words,
-    rest_before,
-    source_rows,
-)
+from allanite.views.wording.dead_reckoning import BUDGET_QUANTITIES, quantity_words
 from allanite.views.wording.difference import drift_lines, drift_unit, pair_lines, rest_words
 from allanite.views.wording.findings import (
     finding_kinds,
@@ -125,9 +116,7 @@ __all__ = [
     "angle",
     "arcs_words",
     "axis_facts",
-    "budget_facts",
     "budget_lines",
-    "budget_rows",
     "calibrated_words",
     "calibration_facts",
     "calibration_name",
@@ -154,14 +143,12 @@ __all__ = [
     "floor_lines",
     "function_of_latitude",
     "groups",
-    "growth_rows",
     "headings",
     "headline",
     "interval",
     "is_poor",
     "key_numbers",
     "known_rate",
-    "largest_sources",
     "limit_words",
     "missing_lines",
     "model_words",
@@ -177,7 +164,6 @@ __all__ = [
     "reading",
     "readings",
     "record_facts",
-    "rest_before",
     "rest_unit",
     "rest_words",
     "said_of",
@@ -190,7 +176,6 @@ __all__ = [
     "shown_symbol",
     "signed",
     "slope_reading",
-    "source_rows",
     "still_open",
     "tone",
     "turn_lines",
