@@ -350,7 +350,7 @@ def exports_reference() -> str:
 def documents_page() -> str:
     """The documents of results that have a view, by the docstrings of their classes."""
     from allanite.study.result_document import Origin
-    from allanite.views.registry import VIEWS
+    from allanite.views.registry import VIEWS, kind_of
 
     about = (
         "What `--json` prints and `--out` leaves of these results, key by key, in SI units; a number that does not "
@@ -359,10 +359,8 @@ def documents_page() -> str:
     )
     lines = ["# Documents of results", "", about, ""]
     listed: list[type[Result]] = []
-    for module, name, _ in VIEWS.values():
-        listed += [
-            kind for kind in parts_of(getattr(importlib.import_module(module), name)) if kind not in listed
-        ]
+    for name in VIEWS:
+        listed += [kind for kind in parts_of(kind_of({"format": name})) if kind not in listed]
     for kind in [*listed, *parts_of(Origin)]:
         heading = f"{kind.FORMAT}, version {kind.VERSION}" if kind.FORMAT else kind.__name__
         lines += [f"## {heading}", "", f"{inspect.getdoc(kind).partition(chr(10))[0]}", ""]  # type: ignore[union-attr]

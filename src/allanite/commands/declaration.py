@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult
     from allanite.quantities.result import Result
 
-__all__ = ["Command", "Place", "Subject"]
+__all__ = ["Command", "Place", "Subject", "loaded"]
 
 Place = str | os.PathLike[str]
 Advance = Callable[[float, str], None]
@@ -37,6 +37,8 @@ class Command:
     summary, details : str
         One sentence, and what else its help says.
     example : str
+    group : str
+        Purpose under which ``allanite --help`` lists it; "" where the list there names it.
     options : tuple of Option
         Besides those of reading a log and of where the result goes; `run` takes each under its name.
     takes : str
@@ -86,6 +88,7 @@ class Command:
     details: str
     example: str
     options: tuple[Option, ...]
+    group: str = ""
     takes: Subject = "recording"
     run: str = ""
     work: str = ""
@@ -174,14 +177,14 @@ class Command:
         if measured.name != self.stem:  # another result behind the same name, with tables of its own
             return measured
         tables: dict[str, Callable[[Result], Iterable[dict[str, object]]]] = {
-            file: _loaded(rows) for file, rows in self.tables.items()
+            file: loaded(rows) for file, rows in self.tables.items()
         }
         made = {file: [*rows(measured.result)] for file, rows in tables.items()}
         return replace(measured, tables={**measured.tables, **{f: rows for f, rows in made.items() if rows}})
 
     def _by_work(self, log: Place | Sequence[Place], **options: object) -> MeasurementResult:
         """What the work does not take is left out."""
-        work: Callable[..., MeasurementResult] = _loaded(self.work)
+        work: Callable[..., MeasurementResult] = loaded(self.work)
         of_log = {"source"} if self.takes in ("recording", "sheet") else set()
         declared = {o.python for o in self.options} | of_log
         left_out = {"accept", "model", "source"} - declared | ({"progress"} if self.brief else set())
@@ -216,7 +219,7 @@ class Command:
         )
         if model is not None:
             of_command["models"] = models_from(model, noise_channels(recording))
-        run: Callable[..., Result] = _loaded(self.run)
+        run: Callable[..., Result] = loaded(self.run)
         result = run(
             recording, progress=lambda fraction, what: advance(0.3 + 0.7 * fraction, what), **of_command
         )
@@ -233,7 +236,7 @@ class Command:
         )
 
 
-def _loaded(dotted: str) -> Any:
+def loaded(dotted: str) -> Any:
     """A function by "module:name"."""
     module, _, name = dotted.partition(":")
     return getattr(import_module(module), name)

@@ -1,75 +1,130 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Which view shows which result. To add a result: one line here."""
+"""Every analysis: its result, its view, its command. To add one: one line here."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from importlib import import_module
+from typing import TYPE_CHECKING, NamedTuple
 
-from allanite.quantities.result import Result
-from allanite.study.result_document import Reportable, read_document
+if TYPE_CHECKING:
+    from allanite.quantities.result import Result
+    from allanite.study.result_document import Reportable
 
-__all__ = ["VIEWS", "document_of", "kind_of"]
+__all__ = ["VIEWS", "Analysis", "document_of", "kind_of"]
 
-#: Format of a document -> where its result is defined, its name there, and the module whose `view` shows it.
-VIEWS: Mapping[str, tuple[str, str, str]] = {
-    "allanite-study": ("allanite.study.study", "Study", "allanite.views.study"),
-    "allanite-variation": ("allanite.stability.variation", "Variation", "allanite.views.variation"),
-    "allanite-comparison": (
-        "allanite.stability.record_comparison",
-        "Comparison",
+
+class Analysis(NamedTuple):
+    """Where the three parts of an analysis are; each loads when it is asked for.
+
+    Attributes
+    ----------
+    result : str
+        "module:name" of its class.
+    view : str
+        Module whose `view` shows it.
+    command : str
+        "module:name" of its declaration; "" where another command makes it, or one that is not declared.
+    """
+
+    result: str
+    view: str
+    command: str = ""
+
+
+#: By the format of the document, in the order of the reference.
+VIEWS: Mapping[str, Analysis] = {
+    "allanite-study": Analysis(
+        "allanite.study.study:Study", "allanite.views.study", "allanite.commands.characterize:CHARACTERIZE"
+    ),
+    "allanite-spectrum": Analysis(
+        "allanite.fitting.spectral.spectra:Spectra",
+        "allanite.views.spectrum",
+        "allanite.commands.spectrum:SPECTRUM",
+    ),
+    "allanite-variation": Analysis(
+        "allanite.stability.variation:Variation",
+        "allanite.views.variation",
+        "allanite.commands.variation:VARIATION",
+    ),
+    "allanite-selection": Analysis(
+        "allanite.fitting.selection:TermSelection",
+        "allanite.views.selection",
+        "allanite.commands.select:SELECT",
+    ),
+    "allanite-comparison": Analysis(
+        "allanite.stability.record_comparison:Comparison",
         "allanite.views.comparison",
+        "allanite.commands.compare:COMPARE",
     ),
-    "allanite-environment": ("allanite.stability.environment", "Environment", "allanite.views.environment"),
-    "allanite-spectrum": ("allanite.fitting.spectral.spectra", "Spectra", "allanite.views.spectrum"),
-    "allanite-selection": ("allanite.fitting.selection", "TermSelection", "allanite.views.selection"),
-    "allanite-separation": ("allanite.stability.shared_noise", "Separation", "allanite.views.shared_noise"),
-    "allanite-earth-rate": (
-        "allanite.experiments.earth_rate",
-        "EarthRateEstimate",
-        "allanite.views.earth_rate",
+    "allanite-separation": Analysis(
+        "allanite.stability.shared_noise:Separation",
+        "allanite.views.shared_noise",
+        "allanite.commands.shared_noise:COMMON",
     ),
-    "allanite-rate-vector": (
-        "allanite.experiments.rate_vector",
-        "RateVector",
-        "allanite.views.rate_vector",
+    "allanite-environment": Analysis(
+        "allanite.stability.environment:Environment",
+        "allanite.views.environment",
+        "allanite.commands.environment:ENVIRONMENT",
     ),
-    "allanite-rate-table": (
-        "allanite.experiments.rate_table",
-        "RateTableEstimate",
-        "allanite.views.rate_table",
+    "allanite-plan": Analysis(
+        "allanite.experiments.planning:Plan", "allanite.views.plan", "allanite.commands.plan:PLAN"
     ),
-    "allanite-alignment": (
-        "allanite.experiments.alignment",
-        "AlignmentEstimate",
-        "allanite.views.alignment",
-    ),
-    "allanite-combination": (
-        "allanite.experiments.redundancy",
-        "Combination",
-        "allanite.views.redundancy",
-    ),
-    "allanite-north": ("allanite.experiments.north", "NorthEstimate", "allanite.views.north"),
-    "allanite-plan": ("allanite.experiments.planning", "Plan", "allanite.views.plan"),
-    "allanite-position-plan": (
-        "allanite.experiments.position_planning",
-        "PositionPlan",
+    "allanite-position-plan": Analysis(
+        "allanite.experiments.position_planning:PositionPlan",
         "allanite.views.position_plan",
+        "allanite.commands.position_plan:PLAN_POSITIONS",
     ),
-    "allanite-dead-reckoning": (
-        "allanite.experiments.dead_reckoning",
-        "DeadReckoning",
+    "allanite-earth-rate": Analysis(
+        "allanite.experiments.earth_rate:EarthRateEstimate",
+        "allanite.views.earth_rate",
+        "allanite.commands.earth_rate:EARTH_RATE",
+    ),
+    "allanite-rate-vector": Analysis(
+        "allanite.experiments.rate_vector:RateVector", "allanite.views.rate_vector"
+    ),
+    "allanite-north": Analysis(
+        "allanite.experiments.north:NorthEstimate", "allanite.views.north", "allanite.commands.north:NORTH"
+    ),
+    "allanite-east-west-null": Analysis(
+        "allanite.experiments.north:EastWestNull", "allanite.views.null_test"
+    ),
+    "allanite-alignment": Analysis(
+        "allanite.experiments.alignment:AlignmentEstimate",
+        "allanite.views.alignment",
+        "allanite.commands.align:ALIGN",
+    ),
+    "allanite-rate-table": Analysis(
+        "allanite.experiments.rate_table:RateTableEstimate",
+        "allanite.views.rate_table",
+        "allanite.commands.rate_table:RATE_TABLE",
+    ),
+    "allanite-combination": Analysis(
+        "allanite.experiments.redundancy:Combination",
+        "allanite.views.redundancy",
+        "allanite.commands.combine:COMBINE",
+    ),
+    "allanite-dead-reckoning": Analysis(
+        "allanite.experiments.dead_reckoning:DeadReckoning",
         "allanite.views.dead_reckoning",
+        "allanite.commands.dead_reckon:DEAD_RECKON",
     ),
-    "allanite-datasheet": ("allanite.study.datasheet", "DatasheetJudgement", "allanite.views.datasheet"),
-    "allanite-overbound": ("allanite.fitting.overbound", "Bounds", "allanite.views.overbound"),
-    "allanite-east-west-null": ("allanite.experiments.north", "EastWestNull", "allanite.views.null_test"),
+    "allanite-datasheet": Analysis(
+        "allanite.study.datasheet:DatasheetJudgement",
+        "allanite.views.datasheet",
+        "allanite.commands.datasheet:DATASHEET",
+    ),
+    "allanite-overbound": Analysis(
+        "allanite.fitting.overbound:Bounds",
+        "allanite.views.overbound",
+        "allanite.commands.overbound:OVERBOUND",
+    ),
 }
 
 
 def kind_of(data: Mapping[str, object]) -> type[Result]:
     """The class of the result that plain data hold."""
-    module, name, _ = VIEWS[str(data["format"])]
+    module, _, name = VIEWS[str(data["format"])].result.partition(":")
     kind: type[Result] = getattr(import_module(module), name)
     return kind
 
@@ -82,6 +137,7 @@ def document_of(data: Mapping[str, object]) -> Reportable:
     FormatError
         As for `Result.from_json`.
     """
+    from allanite.study.result_document import read_document
     from allanite.study.study import Study
 
     kind = kind_of(data)

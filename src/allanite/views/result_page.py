@@ -38,7 +38,7 @@ def result_page(
 
 def view_of(document: Reportable) -> Page:
     """The page of a result."""
-    view: Callable[[Reportable], Page] = import_module(VIEWS[document.result.FORMAT][2]).view
+    view: Callable[[Reportable], Page] = import_module(VIEWS[document.result.FORMAT].view).view
     return view(document)
 
 

@@ -8,10 +8,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import click
 
 from allanite.commands.option import READING
+from allanite.commands.registry import COMMANDS
 
 __all__ = ["GROUPS", "GroupedCommands", "GroupedOptions", "summary_of"]
 
-#: Commands of the program by their purpose, in the order in which one meets them.
+#: Commands of the program by their purpose, in the order in which one meets them. One that is declared and not named
+#: here stands last in its `group`.
 GROUPS: Mapping[str, tuple[str, ...]] = {
     "Look at a log": ("info", "allan", "spectrum", "serve"),
     "Characterize noise": (
@@ -66,7 +68,7 @@ class GroupedCommands(GroupedOptions, click.Group):
         self.format_commands(ctx, formatter)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        groups = GROUPS if ctx.parent is None else {"Commands": self.list_commands(ctx)}
+        groups = _groups() if ctx.parent is None else {"Commands": self.list_commands(ctx)}
         width = max((len(name) for names in groups.values() for name in names), default=0)
         for title, names in groups.items():
             rows = [
@@ -77,6 +79,14 @@ class GroupedCommands(GroupedOptions, click.Group):
             if rows:
                 with formatter.section(title):
                     formatter.write_dl(rows)
+
+
+def _groups() -> Mapping[str, Sequence[str]]:
+    listed = {name for names in GROUPS.values() for name in names}
+    further = [command for command in COMMANDS.values() if command.name not in listed]
+    return {
+        title: (*names, *(c.name for c in further if c.group == title)) for title, names in GROUPS.items()
+    }
 
 
 def _panel_of(option: click.Option) -> str:

@@ -5,10 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from allanite.experiments.alignment import LevelledAttitude
-from allanite.experiments.north import Arc
 from allanite.views.wording.rates import DEG
+
+if TYPE_CHECKING:
+    from allanite.experiments.alignment import LevelledAttitude
+    from allanite.experiments.north import Arc
 
 __all__ = ["arcs_words", "degrees_of", "direction_words"]
 
@@ -26,6 +29,7 @@ def degrees_of(direction: float, width: float) -> str:
 def arcs_words(arcs: Iterable[Arc]) -> str:
     """An interval of directions; it may wrap, be the whole circle, or two arcs.
 
+    >>> from allanite.experiments.north import Arc
     >>> arcs_words([Arc(6.2657, 0.0523)])
     '359.0° to 2.0°'
     """

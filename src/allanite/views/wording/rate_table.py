@@ -3,10 +3,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from allanite.errors import InputError
-from allanite.experiments.rate_table import RateTableEstimate
 from allanite.quantities.display_units import display_unit
 from allanite.views.wording.rates import DEG
+
+if TYPE_CHECKING:
+    from allanite.experiments.rate_table import RateTableEstimate
 
 __all__ = ["PPM", "output_unit", "scale_unit"]
 
