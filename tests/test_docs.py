@@ -427,15 +427,16 @@ def keys(value: object) -> Iterator[str]:
             yield from keys(inner)
 
 
-def test_study_format_names_every_key(rng: np.random.Generator) -> None:
+def test_the_reference_names_every_key_of_a_study(rng: np.random.Generator) -> None:
     import allanite as al
 
     y = rng.standard_normal(6000) + 3 * np.sin(2 * np.pi * 0.1 * np.arange(6000))
     y[2000:2100] = np.nan
     study = al.characterize(al.Recording.from_rate(y, rate=1.0, unit="deg/h", names=["gyro"]))
-    page = (ROOT / "docs" / "reference" / "study-format.md").read_text(encoding="utf-8")
-    unnamed = sorted({key for key in keys(study.to_json()) if f"`{key}`" not in page})
-    assert not unnamed, f"docs/reference/study-format.md does not say what {unnamed} are"
+    pages = [ROOT / "docs" / "reference" / name for name in ("study-format.md", "documents.md")]
+    described = "".join(page.read_text(encoding="utf-8") for page in pages)
+    unnamed = sorted({key for key in keys(study.to_json()) if f"`{key}`" not in described})
+    assert not unnamed, f"neither study-format.md nor documents.md says what {unnamed} are"
 
 
 def test_what_the_data_can_tell_says_the_numbers_of_its_script() -> None:
