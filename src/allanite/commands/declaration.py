@@ -136,6 +136,7 @@ class Command:
     def measure(
         self,
         log: Place | Sequence[Place] = (),
+        /,
         *,
         accept: Collection[str] = (),
         model: Place | None = None,
@@ -182,7 +183,7 @@ class Command:
         made = {file: [*rows(measured.result)] for file, rows in tables.items()}
         return replace(measured, tables={**measured.tables, **{f: rows for f, rows in made.items() if rows}})
 
-    def _by_work(self, log: Place | Sequence[Place], **options: object) -> MeasurementResult:
+    def _by_work(self, log: Place | Sequence[Place], /, **options: object) -> MeasurementResult:
         """What the work does not take is left out."""
         work: Callable[..., MeasurementResult] = loaded(self.work)
         of_log = {"source"} if self.takes in ("recording", "sheet") else set()
@@ -194,6 +195,7 @@ class Command:
     def _by_run(
         self,
         log: Place,
+        /,
         *,
         accept: Collection[str],
         model: Place | None,
