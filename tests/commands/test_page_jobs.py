@@ -156,6 +156,7 @@ _REQUESTS: dict[str, dict[str, Any]] = {
     "spectrum": {"read": {"start": 10, "stop": 110}, "options": {"method": "welch", "segment": 20, "overlap": 0.25}},
     "variation": {"read": {"stop": 60}, "options": {"model": _NOISE, "windows": 8}},
     "select": {"read": {"stop": 30}},
+    "filter": {"read": {"stop": 60}, "options": {"model": _NOISE, "smooth": True}},
     "compare": {
         "recordings": ["gyro.csv", "other.csv"], "read": {"stop": 20}, "options": {"names": ["a", "b"]},
     },

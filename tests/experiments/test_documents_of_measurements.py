@@ -49,6 +49,9 @@ def before(name: str) -> dict[str, Any]:
     data = old(name)
     if name.startswith("combination"):
         return {**data, "advice": data["remarks"]}
+    if name.startswith("reference-aided"):
+        notes = [note for reading in data.get("readings", [data]) for note in reading["notes"]]
+        return {**data, "notes": list(dict.fromkeys(notes))}
     if name.startswith("position-plan"):
         undetermined = ("determined", "determined-edges", "bias-hides")
         missed = "not determined" if name.endswith(undetermined) else "not reached"

@@ -156,11 +156,11 @@ def test_turning_samples_are_left_out() -> None:
 def test_result_is_plain_and_says_what_it_is() -> None:
     record, _ = bench(30.0)
     result = reference_aided(record, PUBLISHED + Quantisation(Q=1e-6), reference=EARTH, T=T_B)
-    document = json.loads(json.dumps(result.to_json(), allow_nan=False))
+    (document,) = json.loads(json.dumps(result.to_json(), allow_nan=False))["readings"]
     assert document["measurement"] is False
     assert document["running"]["corrected"][-1] == pytest.approx(result.mean_corrected, rel=0.01)
-    assert max(document["overview"]["t"]) < 30
-    assert document["notes"] == ["the filter has no state for quantisation: it is left out"]
+    assert max(document["corrected"]["t"]) < 30
+    assert result.notes == ("the filter has no state for quantisation: it is left out",)
     assert "follows its reference by 1.0" in repr(result)
     assert not result.corrected.flags.writeable
     json.dumps(reference_aided(record, PUBLISHED, reference=0.0, T=T_B).to_json(), allow_nan=False)

@@ -332,7 +332,7 @@ def test_k6_innovations_of_the_right_model_are_consistent(rng: np.random.Generat
     assert 0.95412 < found.nis < 1.04719
     assert (found.nis_lower, found.nis_upper) == pytest.approx((0.97247, 1.02791), abs=2e-5)
     assert found.whiteness_p > 1e-3
-    assert found.verdict == "consistent"
+    assert found.verdict == "consistent" and found.consistent
     assert found.consistent
 
 
@@ -366,25 +366,26 @@ def test_k7_a_variance_wrong_by_ten_is_flagged() -> None:
 def test_verdicts_say_what_is_wrong_and_by_how_much(rng: np.random.Generator) -> None:
     z, one = rng.standard_normal(20_000), np.ones(20_000)
     assert (
-        consistency(1.1 * z, one).verdict
+        consistency(1.1 * z, one).reason
         == "the noise is larger than the model says by 10 % (standard deviation)"
     )
-    assert "smaller than the model says by a factor 3 " in consistency(z / 3, one).verdict
+    assert "smaller than the model says by a factor 3 " in consistency(z / 3, one).reason
     rising = consistency(z[1:] + 0.5 * z[:-1], 1.25 * one[1:])
-    assert "not white: correlation +0.4 at lag 1" in rising.verdict
-    assert "samples share noise" in rising.verdict
-    assert "samples compensate" in consistency(z[1:] - 0.5 * z[:-1], 1.25 * one[1:]).verdict
+    assert "not white: correlation +0.4 at lag 1" in rising.reason
+    assert "samples share noise" in rising.reason
+    assert "samples compensate" in consistency(z[1:] - 0.5 * z[:-1], 1.25 * one[1:]).reason
     model = NoiseModel.of(White(N=1.0), GaussMarkov.from_sigma(1.0, 20.0))
     space = model.state_space(1.0)
     y = draw(replace(space, process=space.process + 1e-12 * np.eye(space.size)), 5000, rng)[0]
     for factor, cause in ((0.1, "the sensor drifts more"), (10.0, "too much drift in the model")):
         result = run_filter(y, replace(space, process=factor * space.process))
-        assert cause in consistency(result.innovations, result.variances).verdict
-    assert consistency([], []).verdict == "not tested: there is no innovation"
+        assert cause in consistency(result.innovations, result.variances).reason
+    untested = consistency([], [])
+    assert (untested.verdict, untested.reason) == ("not tested", "there is no innovation")
     few = consistency(z[:30], one[:30])
     assert few.consistent
-    assert "too few samples" in few.verdict
-    assert "everything" in consistency(0 * z, one).verdict
+    assert "too few samples" in few.reason
+    assert "everything" in consistency(0 * z, one).reason
     json.dumps([consistency([], []).to_json(), rising.to_json()], allow_nan=False)
     for bad in ({"confidence": 1.0}, {"variances": one[1:]}):
         with pytest.raises(InputError):

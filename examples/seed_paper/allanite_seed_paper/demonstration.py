@@ -387,7 +387,9 @@ def _aided(run: _Run) -> tuple[list[ReferenceAided], list[ReferenceAided]]:
 
 def _short(reading: ReferenceAided) -> Json:
     """A reading without its series."""
-    return {k: v for k, v in reading.to_json().items() if k not in ("overview", "running")}
+    (plain,) = (r.to_json() for r in reading.result.readings)
+    shown = {k: v for k, v in plain.items() if k not in ("corrected", "running", "states")}
+    return {**shown, "statement": reading.statement}
 
 
 def _bound() -> list[Json]:

@@ -29,7 +29,6 @@ from allanite.views.figures.aided import (
     MILLI,
     MILLI_NAME,
     corrected_panel,
-    document_of,
     means_panel,
     raw_panel,
 )
@@ -415,7 +414,7 @@ def figure_9(take: Recording, reversals: Any, aided: Any) -> PaperFigure:
     """A take and the mean of its samples so far, turns left out; `aided` is its unsigned reading."""
     whole = turned_panel(take, reversals)
     frame = whole.x.limits or (0.0, 1.0)
-    below = raw_panel(document_of(aided), [level(EARTH_RATE / MILLI, frame, _EARTH)])
+    below = raw_panel(aided.result.readings[0], [level(EARTH_RATE / MILLI, frame, _EARTH)])
     caption = (
         "A take and the mean of all its samples so far: it tends to the bias of the sensor, not to the rate of the "
         "Earth, for north and south cancel in it."
@@ -448,9 +447,9 @@ def figure_13(unsigned: Sequence[Any], demodulated: Sequence[Any]) -> PaperFigur
 
 def _aided(take: int, unsigned: Sequence[Any], demodulated: Sequence[Any]) -> PaperFigure:
     """Corrected samples, and the cumulative means of both readings for each rate that was typed in."""
-    both = [[document_of(one) for one in documents] for documents in (unsigned, demodulated)]
-    for documents, reading in zip(both, ("unsigned", "demodulated"), strict=True):
-        if not documents or any(one["reading"] != reading for one in documents):
+    both = [[one.result.readings[0] for one in results] for results in (unsigned, demodulated)]
+    for readings, reading in zip(both, ("unsigned", "demodulated"), strict=True):
+        if not readings or any(one.reading != reading for one in readings):
             raise InputError(
                 f"figure {9 + take} needs the {reading} reading of the take, and got another or none"
             )

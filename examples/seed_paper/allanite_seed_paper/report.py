@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from allanite.experiments.aided_readings import AidedMeans
 from allanite.plain_files.counted import listed
 from allanite.views.blocks import (
     Banner,
@@ -28,9 +29,8 @@ from allanite.views.blocks import (
 )
 from allanite.views.pieces import Figure
 from allanite.views.rates import ROSENBERG, SEED
-from allanite.views.report.filtered import READINGS, aided_table
+from allanite.views.reference_aided import READINGS, aided_banner, aided_table
 from allanite.views.wording import (
-    AIDED,
     DEG_H,
     KeyNumber,
     capitalised,
@@ -352,7 +352,7 @@ def _lag(document: Json) -> str:
 
 def _told(document: Json) -> list[PageBlock]:
     blocks: list[PageBlock] = [
-        Banner("warning", "Reference-aided.", AIDED),
+        aided_banner(),
         *bullets([*READINGS, _lag(document)]),
     ]
     first, *others = (_told_of(document, take) for take in (1, 2, 3, 4))
@@ -361,7 +361,7 @@ def _told(document: Json) -> list[PageBlock]:
 
 def _told_of(document: Json, take: int) -> list[PageBlock]:
     """What the filter returns of a take."""
-    rows = [row for row in document["aided"] if row["take"] == take]
+    rows = [AidedMeans.from_json(row) for row in document["aided"] if row["take"] == take]
     caption = f"Take {take}: told the known rate, twice the known rate, and its opposite."
     return [_figure(document["figures"], f"figure-{take + 9}"), *aided_table(rows, caption)]
 

@@ -4,24 +4,49 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Mapping
-from pathlib import Path
+from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from allanite.commands.measurement import MeasurementResult, beside
+from allanite.commands.measurement import MeasurementResult, measured_result, origin_of
 from allanite.commands.recordings import is_lossy, read_part, read_whole
 from allanite.commands.turned import checked, gyro_of, model_for, turn_spans, turns_of
 from allanite.errors import DataQualityError, InputError
-from allanite.plain_files.regular_file import file_sha256
 
 if TYPE_CHECKING:
     from allanite.noise import NoiseModel
     from allanite.recording.records import Recording
 
-__all__ = ["aided_of", "filter_of", "refuse_corrected", "save_corrected"]
+__all__ = ["aided_of", "filter_of", "filtered_of"]
 
-Json = Mapping[str, Any]
 Advance = Callable[[float, str], None]
+
+
+def filtered_of(
+    log: str | os.PathLike[str],
+    *,
+    smooth: bool = False,
+    reference: float | None = None,
+    correlation_time: float | None = None,
+    first: str | None = None,
+    turns: str | os.PathLike[str] | None = None,
+    dwell: float | None = None,
+    dead_time: float = 2.0,
+    **options: Any,
+) -> MeasurementResult:
+    """A log through the filter of its noise model, or, with a reference, through the filter that is told the rate."""
+    if reference is None:
+        return filter_of(log, smooth=smooth, **options)
+    return aided_of(
+        log,
+        reference=reference,
+        correlation_time=correlation_time,
+        first=first,
+        turns=turns,
+        dwell=dwell,
+        dead_time=dead_time,
+        **options,
+    )
 
 
 def filter_of(
@@ -66,19 +91,14 @@ def filter_of(
         smooth=smooth,
         progress=lambda fraction: advance(0.3 + 0.7 * fraction, "smoothing" if smooth else "filtering"),
     )
-    known = beside(ready, channel, findings, file_sha256(log), command)
-    plain = filtered.to_json()
-    document = {
-        "format": "allanite-filtered",
-        "version": 1,
-        "source": recording.source,
-        **plain,
-        **known,
-        "overview": {"measured": known["overview"], **plain["overview"]},
-        "model_name": model_name,
-    }
-    lossy = is_lossy(f.to_json() for f in findings)
-    return MeasurementResult(result=filtered, document=document, name="filter", tables={}, lossy=lossy)
+    measured = measured_result(
+        "filter",
+        filtered.result,
+        lossy=is_lossy(f.to_json() for f in findings),
+        model_name=model_name,
+        **origin_of(ready, findings, log, command),
+    )
+    return replace(measured, series=filtered.recording())
 
 
 def _refused(recording: Recording, channel: str, error: DataQualityError) -> DataQualityError:
@@ -142,7 +162,9 @@ def aided_of(
     InputError
         A model with flicker and no correlation time, or without the terms of the filter.
     """
+    from allanite.experiments.aided_readings import AidedTake
     from allanite.experiments.reference_aided import reference_aided
+    from allanite.recording.records import Recording
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
@@ -162,20 +184,22 @@ def aided_of(
     readings = [reference_aided(still, noise, **given)]
     if first is not None and reversals.turns:
         readings.append(reference_aided(ready.recording, noise, signs=reversals.signs(), **given))
-    document = {
-        "format": "allanite-reference-aided",
-        "version": 1,
-        "source": whole.source,
-        "channel": channel,
-        "readings": [r.to_json() for r in readings],
-        "model": noise.to_json(),
-        "reversals": reversals.to_json(),
-        **beside(part, channel, ready.findings, file_sha256(log), command),
-        "model_name": model_name,
-    }
-    return MeasurementResult(
-        result=readings[-1], document=document, name="filter", tables={}, lossy=ready.lossy
+    last = readings[-1]
+    result = AidedTake(
+        channel=channel,
+        readings=tuple(replace(r, states=None) for each in readings for r in each.result.readings),
+        model=noise,
+        reversals=reversals,
     )
+    measured = measured_result(
+        "filter",
+        result,
+        lossy=ready.lossy,
+        model_name=model_name,
+        **origin_of(part, ready.findings, log, command),
+    )
+    corrected = Recording.from_rate(last.corrected, rate=last.rate, unit="rad/s", names=[channel])
+    return replace(measured, series=corrected)
 
 
 def _refuse_without_time(model: NoiseModel, time: float | None) -> None:
@@ -192,23 +216,3 @@ def _refuse_without_time(model: NoiseModel, time: float | None) -> None:
         raise InputError(
             f"--correlation-time {time:g} s, but the Gauss-Markov term of the model has {has_own[0]:g} s: leave it out"
         )
-
-
-def refuse_corrected(path: str | os.PathLike[str] | None, *, force: bool) -> None:
-    """Raise, before the work is done, if the corrected series cannot be written there."""
-    from allanite.files.recording_file import refuse_recording
-
-    if path is not None:
-        refuse_recording(path, force=force)
-
-
-def save_corrected(measured: MeasurementResult, path: str | os.PathLike[str], *, force: bool = False) -> Path:
-    """Write the corrected series: of a filter with its drift and the standard deviation of that."""
-    from allanite.files.recording_file import write_recording
-    from allanite.recording.records import Recording
-
-    result = measured.result
-    if hasattr(result, "recording"):
-        return write_recording(result.recording(), path, force=force)
-    series = Recording.from_rate(result.corrected, rate=result.rate, unit="rad/s", names=[result.channel])
-    return write_recording(series, path, force=force)

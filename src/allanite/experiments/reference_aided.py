@@ -34,22 +34,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
-from allanite.filtering.kalman import run_filter
+from allanite.experiments.aided_readings import (
+    AidedReading,
+    AidedStatement,
+    AidedTake,
+    ReadingKind,
+    RunningMeans,
+)
+from allanite.filtering.kalman import TermSeries, run_filter
 from allanite.filtering.kalman.channel import SampleSource, chosen
-from allanite.filtering.kalman.series import envelope, instants
+from allanite.filtering.kalman.series import POINTS, SeriesEnvelope, instants
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, StateSpace, White
 from allanite.recording.records import Recording
 
 __all__ = ["PRIOR", "ReferenceAided", "reference_aided", "seed_space"]
 
 Array = NDArray[np.float64]
-Reading = Literal["unsigned", "demodulated"]
 
 #: P_0 of both states: 0.1 (deg/s)^2, in (rad/s)^2.
 PRIOR = 0.1 * math.radians(1) ** 2
@@ -58,7 +64,7 @@ _PEAK = 0.4365
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ReferenceAided:
+class ReferenceAided(AidedStatement):
     """What the seed paper's filter makes of a record, given the rate that it is to find. Not a measurement.
 
     Attributes
@@ -81,13 +87,13 @@ class ReferenceAided:
         By how much `mean_corrected` moves for each unit that the reference is moved: 1, and the answer is the
         reference; 0, and the sensor decides.
     exact : bool
-    notes : tuple of str
-        Terms of the model that the filter has no state for.
+    left_out : tuple of str
+        Terms of the model that the filter has no state for; `notes` say so.
     """
 
     channel: str
     rate: float
-    reading: Reading
+    reading: ReadingKind
     reference: Array = field(repr=False)
     corrected: Array = field(repr=False)
     states: Array = field(repr=False)
@@ -99,56 +105,50 @@ class ReferenceAided:
     mean_corrected: float
     follows: float
     exact: bool
-    notes: tuple[str, ...]
-
-    @property
-    def statement(self) -> str:
-        """What the mean of the corrected samples is, and is not."""
-        moved = f"each unit by which that reference is moved moves the mean by {self.follows:.2f}"
-        if self.reading == "unsigned":
-            return (
-                "Reference-aided: this is no measurement of the rate. The filter was told the rate, and the mean of "
-                f"the corrected samples follows what it was told, not the sensor: {moved}"
-            )
-        return (
-            "Reference-aided: this is no measurement of the rate. The filter was told the rate, with the sign of each "
-            f"heading; the sensor decides the mean but for a part ({moved}), and part of the signal is taken for "
-            "flicker. The pairs and the regression estimate the rate without being told it"
-        )
+    left_out: tuple[str, ...]
 
     def __repr__(self) -> str:
         return f"<ReferenceAided {self.channel}, {self.reading}: follows its reference by {self.follows:.2f}>"
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data; of the long series no more than a picture needs."""
-        names = (
-            "channel",
-            "rate",
+    @property
+    def result(self) -> AidedTake:
+        """What a document holds; of the long series no more than a picture needs."""
+        rows = len(self.corrected)
+        first, step = instants(rows)
+        shown = slice(first, None, step)
+        known = np.unique(np.linspace(0, rows - 1, POINTS).round().astype(np.int64))  # the last one, too
+        middles: Array = (np.arange(rows, dtype=np.float64) + 0.5) / self.rate
+        means = (
             "reading",
+            "rate",
             "mean_reference",
             "mean_raw",
             "mean_corrected",
             "follows",
             "exact",
+            "left_out",
         )
-        first, step = instants(len(self.corrected))
-        rows, low, high = envelope(self.corrected)
-        shown = slice(first, None, step)
-        return {
-            "format": "allanite-reference-aided",
-            "version": 1,
-            "measurement": False,
-            "statement": self.statement,
-            **{name: _plain(getattr(self, name)) for name in names},
-            "overview": {"t": _plain(rows / self.rate), "low": _plain(low), "high": _plain(high)},
-            "running": {
-                "t": _plain((np.arange(len(self.corrected))[shown] + 0.5) / self.rate),
-                "raw": _plain(self.cumulative_raw[shown]),
-                "corrected": _plain(self.cumulative_corrected[shown]),
-                "reference": _plain(self.reference[shown]),
-            },
-            "notes": list(self.notes),
-        }
+        reading = AidedReading(
+            **{name: getattr(self, name) for name in means},
+            corrected=SeriesEnvelope.of(self.rate, self.corrected),
+            running=RunningMeans(
+                t=middles[shown],
+                raw=self.cumulative_raw[shown],
+                corrected=self.cumulative_corrected[shown],
+                reference=self.reference[shown],
+            ),
+            states=tuple(
+                TermSeries(
+                    t=(known + 0.5) / self.rate, value=self.states[known, i], sd=self.states_sd[known, i]
+                )
+                for i in range(2)
+            ),
+        )
+        return AidedTake(channel=self.channel, readings=(reading,))
+
+    def to_json(self) -> dict[str, object]:
+        """Plain data of `result`."""
+        return self.result.to_json()
 
 
 def reference_aided(
@@ -232,7 +232,7 @@ def reference_aided(
         mean_corrected=_mean(weight * corrected),
         follows=_mean(weight * share) / mean_told if mean_told else math.nan,
         exact=exact,
-        notes=_notes(used),
+        left_out=_left_out(used),
     )
 
 
@@ -289,10 +289,9 @@ def _bias(term: Any, T: float | None) -> tuple[float, float]:
     return 2 * term.B**2 * math.log(2) / (math.pi * _PEAK**2 * T), T
 
 
-def _notes(model: NoiseModel) -> tuple[str, ...]:
+def _left_out(model: NoiseModel) -> tuple[str, ...]:
     known = (White, Flicker, GaussMarkov, RandomWalk)
-    others = [t.type for t in model.terms if not isinstance(t, known)]
-    return tuple(f"the filter has no state for {name}: it is left out" for name in dict.fromkeys(others))
+    return tuple(dict.fromkeys(t.type for t in model.terms if not isinstance(t, known)))
 
 
 def _reference(reference: ArrayLike, rows: int) -> Array:
@@ -323,13 +322,6 @@ def _cumulative(values: Array) -> Array:
     count = np.cumsum(present)
     total = np.cumsum(np.where(present, values, 0.0))
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
-
-
-def _plain(value: Any) -> Any:
-    """Plain data of a number or an array; numbers that do not exist are None."""
-    if isinstance(value, np.ndarray):
-        return [_plain(x) for x in value.tolist()]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _final(array: Array) -> Array:

@@ -230,7 +230,8 @@ def read_document(kind: type[K], data: Mapping[str, object]) -> ResultDocument[K
     FormatError
         As for `Result.from_json`.
     """
-    origin = Origin.from_json(data)
+    present = kind._upgraded(data)
+    origin = Origin.from_json(present)
     return ResultDocument(
-        result=kind.from_json(data), **{f.name: getattr(origin, f.name) for f in fields(Origin)}
+        result=kind.from_json(present), **{f.name: getattr(origin, f.name) for f in fields(Origin)}
     )

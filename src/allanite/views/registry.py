@@ -67,6 +67,14 @@ VIEWS: Mapping[str, Analysis] = {
         "allanite.views.environment",
         "allanite.commands.environment:ENVIRONMENT",
     ),
+    "allanite-filtered": Analysis(
+        "allanite.filtering.kalman:FilterEstimate",
+        "allanite.views.filtered",
+        "allanite.commands.filter:FILTER",
+    ),
+    "allanite-reference-aided": Analysis(
+        "allanite.experiments.aided_readings:AidedTake", "allanite.views.reference_aided"
+    ),
     "allanite-plan": Analysis(
         "allanite.experiments.planning:Plan", "allanite.views.plan", "allanite.commands.plan:PLAN"
     ),

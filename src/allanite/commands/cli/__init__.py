@@ -10,7 +10,6 @@ the commands, so that help is quick. One module for each family of commands; imp
 from allanite.commands.cli import declared
 from allanite.commands.cli import noise
 from allanite.commands.cli import files
-from allanite.commands.cli import filtering
 from allanite.commands.cli import calibration
 from allanite.commands.cli import difference
 from allanite.commands.cli import recording
@@ -33,7 +32,6 @@ __all__ = [
     "demo",
     "difference",
     "files",
-    "filtering",
     "main",
     "monitor",
     "noise",

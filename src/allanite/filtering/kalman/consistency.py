@@ -22,16 +22,18 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
 from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
+from allanite.quantities.result import Result
+from allanite.quantities.verdict import Tone, Verdict, WordedCode
 
-__all__ = ["LAGS", "Consistency", "ConsistencySums", "consistency"]
+__all__ = ["LAGS", "Consistency", "ConsistencySums", "FilterVerdict", "WhitenessCause", "consistency"]
 
 Array = NDArray[np.float64]
 
@@ -41,12 +43,33 @@ LAGS = 20
 SMALL = 1e-3
 
 
+class FilterVerdict(Verdict):
+    """Does the noise model hold?"""
+
+    FAILS = "the model does not hold", "the model does not hold", Tone.FATAL
+    UNTESTED = "not tested", "not tested", Tone.WARNING
+    HOLDS = "consistent", "consistent", Tone.GOOD
+
+
+class WhitenessCause(WordedCode):
+    """What correlations of innovations come from."""
+
+    DRIFT = "drift", "the sensor drifts more than the model"
+    SHARED = "shared noise", "samples share noise: the sensor's own filter, or a spectral line"
+    COMPENSATION = (
+        "compensation",
+        "samples compensate one another: quantization, a spectral line, or too much drift in the model",
+    )
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Consistency:
+class Consistency(Result):
     """What the innovations say of the model.
 
     Attributes
     ----------
+    verdict : FilterVerdict
+        "consistent", "not tested", or "the model does not hold": a probability is below 0.001.
     count : int
         Innovations tested.
     nis : float
@@ -61,11 +84,14 @@ class Consistency:
     whiteness, whiteness_p : float
         Ljung-Box statistic over these lags and its probability; NaN below two innovations for each lag.
     confidence : float
-        Of the interval of `nis`. The verdict speaks at probabilities below 0.001.
-    consistent : bool
-    verdict : str
-        "consistent", or what is wrong and by how much.
+        Of the interval of `nis`.
+    lag : int or None [samples]
+        At which the innovations correlate most; None where they are white, or nobody could tell.
+    cause : WhitenessCause or None
+        Where that comes from.
     """
+
+    STATED: ClassVar[tuple[str, ...]] = ("verdict",)
 
     count: int
     nis: float
@@ -76,23 +102,43 @@ class Consistency:
     whiteness: float
     whiteness_p: float
     confidence: float
-    consistent: bool
-    verdict: str
+    lag: int | None = None
+    cause: WhitenessCause | None = None
+
+    @property
+    def verdict(self) -> FilterVerdict:
+        """One right model in a thousand is called wrong by each test."""
+        if self.count == 0:
+            return FilterVerdict.UNTESTED
+        return FilterVerdict.FAILS if self.nis_p < SMALL or self.lag is not None else FilterVerdict.HOLDS
+
+    @property
+    def consistent(self) -> bool:
+        """The model holds."""
+        return self.verdict is FilterVerdict.HOLDS
+
+    @property
+    def reason(self) -> str:
+        """What is wrong and by how much, or what was tested."""
+        if self.count == 0:
+            return "there is no innovation"
+        faults = [self._size()] if self.nis_p < SMALL else []
+        if self.lag is not None and self.cause is not None:
+            chance = f"p = {self.whiteness_p:.1g}" if self.whiteness_p > 0 else "p below 1e-300"
+            largest = f"correlation {self.correlations[self.lag - 1]:+.2g} at lag {self.lag} ({chance})"
+            faults.append(f"the innovations are not white: {largest}; {self.cause.words}")
+        if faults:
+            return "; ".join(faults)
+        if math.isnan(self.whiteness_p):
+            return "in size; too few samples for a test of whiteness"
+        return "the innovations have the size and the whiteness that the noise model says"
+
+    def _size(self) -> str:
+        larger = "larger" if self.nis > 1 else "smaller"
+        return f"the noise is {larger} than the model says by {_ratio(math.sqrt(self.nis))}"
 
     def __repr__(self) -> str:
-        return f"<Consistency of {self.count} innovations: {self.verdict}>"
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain data; numbers that do not exist are None."""
-        plain = asdict(self)
-        plain["correlations"] = list(self.correlations)
-        return {k: _null(v) for k, v in plain.items()}
-
-
-def _null(value: Any) -> Any:
-    if isinstance(value, list):
-        return [_null(v) for v in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        return f"<Consistency of {self.count} innovations: {self.verdict}: {self.reason}>"
 
 
 def consistency(innovations: ArrayLike, variances: ArrayLike, *, confidence: float = 0.95) -> Consistency:
@@ -113,7 +159,7 @@ def consistency(innovations: ArrayLike, variances: ArrayLike, *, confidence: flo
     Examples
     --------
     >>> rng = np.random.default_rng(1)
-    >>> consistency(2 * rng.standard_normal(10_000), np.ones(10_000)).verdict
+    >>> consistency(2 * rng.standard_normal(10_000), np.ones(10_000)).reason
     'the noise is larger than the model says by a factor 2 (standard deviation)'
     """
     e, s = (np.asarray(x, dtype=np.float64) for x in (innovations, variances))
@@ -176,7 +222,7 @@ class ConsistencySums:
         if n >= 2 * len(r) and np.isfinite(r).all():
             statistic = (n + 2) / n * float((self._pairs * r**2).sum())
             p = chi_square_tail(statistic, len(r))
-        verdict = _verdict(nis, min(2 * tail, 1.0), r, self._pairs, p)
+        lag, cause = _correlated(r, self._pairs) if p < SMALL else (None, None)
         return Consistency(
             count=n,
             nis=nis,
@@ -187,9 +233,8 @@ class ConsistencySums:
             whiteness=statistic,
             whiteness_p=p,
             confidence=confidence,
-            consistent=not verdict,
-            verdict=verdict
-            or ("consistent" if p == p else "consistent in size; too few samples for a test of whiteness"),
+            lag=lag,
+            cause=cause,
         )
 
 
@@ -210,33 +255,16 @@ def _untested(confidence: float, lags: int) -> Consistency:
         whiteness=none,
         whiteness_p=none,
         confidence=confidence,
-        consistent=False,
-        verdict="not tested: there is no innovation",
     )
 
 
-def _verdict(nis: float, nis_p: float, r: Array, pairs: NDArray[np.int64], p: float) -> str:
-    """What is wrong, "" for nothing."""
-    faults = []
-    if nis_p < SMALL:
-        larger = "larger" if nis > 1 else "smaller"
-        faults.append(f"the noise is {larger} than the model says by {_ratio(math.sqrt(nis))}")
-    if p < SMALL:
-        worst = int(np.argmax(np.abs(r) * np.sqrt(pairs)))
-        chance = f"p = {p:.1g}" if p > 0 else "p below 1e-300"
-        largest = f"correlation {r[worst]:+.2g} at lag {worst + 1} ({chance})"
-        faults.append(f"the innovations are not white: {largest}; {_cause(r, pairs, worst)}")
-    return "; ".join(faults)
-
-
-def _cause(r: Array, pairs: NDArray[np.int64], worst: int) -> str:
-    """What such correlations come from: drift that is missing leaves them at all lags, a filter at a few."""
+def _correlated(r: Array, pairs: NDArray[np.int64]) -> tuple[int, WhitenessCause]:
+    """The lag of the largest correlation, and its cause: drift that is missing is at all lags, a filter at a few."""
+    worst = int(np.argmax(np.abs(r) * np.sqrt(pairs)))
     far = slice(len(r) // 4, None)
     if float((r * pairs)[far].sum()) > 3 * math.sqrt(float(pairs[far].sum())):
-        return "the sensor drifts more than the model"
-    if r[worst] > 0:
-        return "samples share noise: the sensor's own filter, or a spectral line"
-    return "samples compensate one another: quantization, a spectral line, or too much drift in the model"
+        return worst + 1, WhitenessCause.DRIFT
+    return worst + 1, WhitenessCause.SHARED if r[worst] > 0 else WhitenessCause.COMPENSATION
 
 
 def _ratio(factor: float) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -22,45 +22,30 @@ from allanite.filtering.kalman.channel import (
     with_flicker,
 )
 from allanite.filtering.kalman.consistency import Consistency, ConsistencySums
+from allanite.filtering.kalman.estimate import FilterConditions, FilterEstimate, TermSeries, TestedFilter
 from allanite.filtering.kalman.filtering import FilterRun, Form
-from allanite.filtering.kalman.series import BlockSeries, envelope, instants
+from allanite.filtering.kalman.series import BlockSeries, SeriesEnvelope, instants
 from allanite.filtering.kalman.smoothing import block_rows, smoothed_blocks
 from allanite.noise import NoiseModel
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling
 
-__all__ = ["Filtered", "TermSeries", "filter_recording"]
+__all__ = ["Filtered", "filter_recording"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
 #: Rows filtered at once.
 _ROWS = 1 << 16
+#: What a document holds as it is here.
+_SHARED = (
+    "channel", "unit", "rate", "smoothed", "form", "model", "level", "level_sd", "mean_measured", "mean_corrected",
+    "log_likelihood", "consistency", "conditions", "terms",
+)  # fmt: skip
 _SI = {Kind.RATE: "rad/s", Kind.ACCELERATION: "m/s²", Kind.VOLTAGE: "V"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TermSeries:
-    """One part of the noise through the record, at no more instants than a picture needs.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n_instants,) [s]
-        Since the beginning of the record.
-    value, sd : ndarray, shape (n_instants,) [SI]
-        Estimate and its standard deviation; NaN and infinity before anything is known.
-    """
-
-    t: Array
-    value: Array
-    sd: Array
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain data; numbers that do not exist are None."""
-        return {"t": _plain(self.t), "value": _plain(self.value), "sd": _plain(self.sd)}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Filtered:
+class Filtered(TestedFilter):
     """A channel without its drift.
 
     Attributes
@@ -91,12 +76,10 @@ class Filtered:
     mean_measured, mean_corrected : float
         Plain means of the samples, before and after.
     consistency : Consistency
-        Size and whiteness of the innovations.
+        Size and whiteness of the innovations; `verdict` and `reason` are its own.
     log_likelihood : float
-    verdict : str
-        Of `consistency`.
-    notes : tuple of str
-        What a reader must know besides.
+    conditions : FilterConditions
+        How it was filtered; `notes` say it in sentences.
     """
 
     channel: str
@@ -118,13 +101,8 @@ class Filtered:
     mean_corrected: float
     consistency: Consistency
     log_likelihood: float
-    notes: tuple[str, ...]
+    conditions: FilterConditions
     source: Recording = field(repr=False)
-
-    @property
-    def verdict(self) -> str:
-        """What the innovations say of the model."""
-        return self.consistency.verdict
 
     @property
     def n_samples(self) -> int:
@@ -164,35 +142,24 @@ class Filtered:
             source=self.source.source,
         )
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data; of the long series no more than a picture needs."""
-        overview = {}
-        for name in ("corrected", "drift", "drift_sd"):
-            rows, low, high = envelope(getattr(self, name))
-            overview[name] = {"t": _plain(rows / self.rate), "low": _plain(low), "high": _plain(high)}
-        return {
-            "format": "allanite-filtered",
-            "version": 1,
-            "channel": self.channel,
-            "kind": self.kind.value,
-            "unit": self.unit,
-            "rate": self.rate,
-            "samples": self.n_samples,
-            "smoothed": self.smoothed,
-            "form": self.form,
-            "states": self.n_states,
-            "model": self.model.to_json(),
-            "level": _number(self.level),
-            "level_sd": _number(self.level_sd),
-            "mean_measured": _number(self.mean_measured),
-            "mean_corrected": _number(self.mean_corrected),
-            "log_likelihood": _number(self.log_likelihood),
-            "consistency": self.consistency.to_json(),
-            "verdict": self.verdict,
-            "notes": list(self.notes),
-            "terms": {name: series.to_json() for name, series in self.terms.items()},
-            "overview": overview,
-        }
+    @property
+    def result(self) -> FilterEstimate:
+        """What a document holds: of the long series no more than a picture needs."""
+        shared: dict[str, Any] = {name: getattr(self, name) for name in _SHARED}
+        return FilterEstimate(
+            **shared,
+            kind=self.kind.value,
+            samples=self.n_samples,
+            states=self.n_states,
+            measured=SeriesEnvelope.of(self.rate, self.corrected, self.drift),
+            corrected=SeriesEnvelope.of(self.rate, self.corrected),
+            drift=SeriesEnvelope.of(self.rate, self.drift),
+            drift_sd=SeriesEnvelope.of(self.rate, self.drift_sd),
+        )
+
+    def to_json(self) -> dict[str, object]:
+        """Plain data of `result`."""
+        return self.result.to_json()
 
 
 def filter_recording(
@@ -259,20 +226,12 @@ def filter_recording(
         raise InputError("the noise model has no noise in a sample: give it at least N, or a stationary term")
     work = _FilterPass(source, states, smooth, form, progress)
     work.run()
-    notes = _notes(given, used, flicker, states.space.labels)
+    conditions = _conditions(given, used, flicker, states.space.labels)
     if work.skipped and form == "covariance":
-        notes = (
-            *notes,
-            f"{work.skipped} rows broke the covariance by rounding: the square-root form was used instead",
-        )
+        conditions = replace(conditions, broke=work.skipped)
         work = _FilterPass(source, states, smooth, "square root", progress)
         work.run()
-    if work.skipped:
-        notes = (
-            *notes,
-            f"{work.skipped} rows were left out: the model says that they hold no noise, yet they differ",
-        )
-    return _result(source, used, states, work, notes)
+    return _result(source, used, states, work, replace(conditions, left_out=work.skipped))
 
 
 class _FilterPass:
@@ -378,7 +337,11 @@ class _FilterPass:
 
 
 def _result(
-    source: SampleSource, model: NoiseModel, states: ChannelSpace, work: _FilterPass, notes: tuple[str, ...]
+    source: SampleSource,
+    model: NoiseModel,
+    states: ChannelSpace,
+    work: _FilterPass,
+    conditions: FilterConditions,
 ) -> Filtered:
     level, level_sd = work.level
     measured, corrected = work.means
@@ -407,36 +370,19 @@ def _result(
         mean_corrected=corrected,
         consistency=work.tests.result(),
         log_likelihood=math.nan if unresolved else work.filter.log_likelihood,
-        notes=notes,
+        conditions=conditions,
         source=source.recording,
     )
 
 
-def _notes(
+def _conditions(
     given: NoiseModel, used: NoiseModel, flicker: FlickerForm, labels: tuple[str, ...]
-) -> tuple[str, ...]:
-    notes = [
-        "the level is the true mean rate plus the bias: one axis at rest cannot separate them",
-    ]
-    drifting = [label for label in labels if label not in (LEVEL, "mean", "quantisation")]
-    if not drifting:
-        notes.append("the model holds no drift, so nothing is removed from the samples")
-    if given.term("flicker") is not None:
-        count = sum(label == "flicker" for label in labels)
-        form = f"a sum of {count} states" if used.term("flicker") is not None else "one Gauss-Markov state"
-        notes.append(f"flicker is filtered as {form}")
-    if given.alternative is not None:
-        why = ", which drifts more over half of this record" if flicker == "sum" else ""
-        notes.append(
-            f"the record of the fit could not decide between {given.family} and {given.alternative.family}; "
-            f"this is the filter of {given.family}{why}"
-        )
-    return tuple(notes)
-
-
-def _plain(array: Array) -> list[float | None]:
-    return [_number(x) for x in np.asarray(array).tolist()]
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+) -> FilterConditions:
+    count = sum(label == "flicker" for label in labels) if used.term("flicker") is not None else 1
+    other = given.alternative
+    return FilterConditions(
+        drifting=any(label not in (LEVEL, "mean", "quantisation") for label in labels),
+        flicker_states=None if given.term("flicker") is None else count,
+        families=None if other is None else (given.family, other.family),
+        cautious=flicker == "sum",
+    )

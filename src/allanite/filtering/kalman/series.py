@@ -4,14 +4,16 @@
 from __future__ import annotations
 
 import tempfile
+from dataclasses import dataclass, field
 from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import StorageError
+from allanite.quantities.result import Result
 
-__all__ = ["IN_MEMORY", "BlockSeries", "envelope", "instants"]
+__all__ = ["IN_MEMORY", "POINTS", "BlockSeries", "SeriesEnvelope", "envelope", "instants"]
 
 Array = NDArray[np.float64]
 
@@ -73,14 +75,37 @@ def instants(rows: int) -> tuple[int, int]:
     return step // 2, step
 
 
-def envelope(series: Array) -> tuple[NDArray[np.float64], Array, Array]:
-    """Centres [rows], lowest and highest value of at most `POINTS` blocks; NaN where a block holds nothing."""
-    rows = len(series)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SeriesEnvelope(Result):
+    """A long series as a picture needs it: at most 1500 blocks.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n_blocks,) [s]
+        Middle of each block, since the first sample.
+    low, high : ndarray, shape (n_blocks,) [SI]
+        Lowest and highest value of each block; NaN where it holds nothing.
+    """
+
+    t: Array = field(repr=False)
+    low: Array = field(repr=False)
+    high: Array = field(repr=False)
+
+    @classmethod
+    def of(cls, rate: float, *parts: Array) -> SeriesEnvelope:
+        """That of the sum of series of a rate [Hz]."""
+        rows, low, high = envelope(*parts)
+        return cls(t=rows / rate, low=low, high=high)
+
+
+def envelope(*parts: Array) -> tuple[NDArray[np.float64], Array, Array]:
+    """Centres [rows], lowest and highest value of at most `POINTS` blocks of a sum of series; NaN in an empty one."""
+    rows = len(parts[0])
     size = max(1, -(-rows // POINTS))
     chunk = size * max(1, (1 << 18) // size)
     low, high = [], []
     for start in range(0, rows, chunk):
-        part = np.asarray(series[start : start + chunk])
+        part = np.sum([series[start : start + chunk] for series in parts], axis=0)
         edges = np.arange(0, len(part), size)
         low.append(np.fmin.reduceat(part, edges))
         high.append(np.fmax.reduceat(part, edges))

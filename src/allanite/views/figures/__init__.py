@@ -16,12 +16,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as PaperFigure
     from plotly.graph_objects import Figure as ScreenFigure
 
+    from allanite.experiments.aided_readings import AidedTake
     from allanite.experiments.alignment import AlignmentEstimate
     from allanite.experiments.dead_reckoning import DeadReckoning
     from allanite.experiments.north import NorthEstimate
     from allanite.experiments.position_planning import PositionPlan
     from allanite.experiments.rate_table import RateTableEstimate
     from allanite.experiments.redundancy import Combination
+    from allanite.filtering.kalman import FilterEstimate
     from allanite.fitting.overbound import Bounds
     from allanite.fitting.selection import TermSelection
     from allanite.fitting.spectral.spectra import Spectra
@@ -272,31 +274,28 @@ def _earth_rate(estimate: Any, *, view: str = "whole", recording: Any = None) ->
     )
 
 
-def _filtered(filtered: Any, *, view: str = "whole") -> Sheet:
+def _filtered(result: FilterEstimate, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import filters
 
     _known_view(view, filters.VIEWS, "a filtered record")
-    document = filters.document_of(filtered)
     parts: Parts = {
-        "series": lambda: filters.series_panels(document),
-        "drift": lambda: [filters.drift_panel(document)],
-        "terms": lambda: [filters.terms_panel(document)],
-        "whiteness": lambda: [filters.whiteness_panel(document)],
+        "series": lambda: [*filters.series_panels(result)],
+        "drift": lambda: [filters.drift_panel(result)],
+        "terms": lambda: [filters.terms_panel(result)],
+        "whiteness": lambda: [filters.whiteness_panel(result)],
     }
-    alone = [name for name in document["terms"] if name != "level"]
-    if view == "whole" and len(alone) < 2:  # the drift is that one term
+    if view == "whole" and sum(name != "level" for name in result.terms) < 2:  # the drift is that one term
         del parts["terms"]
     return _in_view(parts, view, f"this filtered record has no figure {view!r}")
 
 
-def _aided(aided: Any) -> Sheet:
-    from allanite.views.figures import aided as panels
+def _aided(result: AidedTake) -> Sheet:
+    from allanite.views.figures import aided
 
-    document = panels.document_of(aided)
-    readings = document.get("readings", [document])  # a document may hold both readings of one record
-    drawn = [panels.raw_panel(readings[0]), panels.corrected_panel(readings[0])]
-    drawn += [panels.means_panel([reading]) for reading in readings]
-    return _column([*drawn, panels.states_panel(document)] if "states" in document else drawn)
+    first = result.readings[0]
+    drawn = [aided.raw_panel(first), aided.corrected_panel(first)]
+    drawn += [aided.means_panel([reading]) for reading in result.readings]
+    return _column(drawn if first.states is None else [*drawn, aided.states_panel(first)])
 
 
 def _north(result: NorthEstimate, *, view: str = "whole") -> Sheet:
@@ -564,12 +563,10 @@ _WITH_THEIR_RECORD = frozenset({"allanite-earth-rate", "allanite-rate-vector"})
 _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...] = (
     (_named("Study"), _study),
     (_document("allanite-earth-rate"), _earth_rate),
-    (_document("allanite-filtered"), _filtered),
     (_document("allanite-rate-vector"), _rate_vector),
     (_document("allanite-difference"), _difference),
     (_document("allanite-static-spans"), _static),
     (_document("allanite-calibration-estimate"), _calibration),
-    (_document("allanite-reference-aided"), _aided),
     (_holds("curve"), _channel),
     (_named("ChannelStudy"), _channel),
     (_holds("turns", "dwells", "positions"), _reversals),
@@ -582,7 +579,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("Reversals"), _reversals),
     (_named("EarthRateEstimate"), _earth_rate),
     (_named("RateVector"), _rate_vector),
-    (_named("Filtered"), _filtered),
+    (_named("FilterEstimate"), _filtered),
     (_named("Plan"), _plan),
     (_named("RateTableEstimate"), _rate_table),
     (_named("Combination"), _combination),
@@ -601,7 +598,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("NorthEstimate"), _north),
     (_named("CalibrationEstimate"), _calibration),
     (_named("AlignmentEstimate"), _alignment),
-    (_named("ReferenceAided"), _aided),
+    (_named("AidedTake"), _aided),
     (_all(_named("Plan")), _plan),
     (_all(_document("allanite-plan")), _plan),
     (_named("Sheet"), lambda sheet: sheet),

@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The seed paper's filter, which is told the rate: what it makes of the samples, and what its mean follows.
-
-Everything is drawn from the plain document of a `ReferenceAided`.
-"""
+"""The seed paper's filter, which is told the rate: what it makes of the samples, and what its mean follows."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from allanite.views.figures.panel import Array, Axis, Curve, Envelope, Label, Panel, Style, around, array
+from allanite.experiments.aided_readings import AidedReading
+from allanite.views.figures.panel import Array, Axis, Curve, Envelope, Label, Panel, Style, around
 from allanite.views.figures.records import clock
 
 __all__ = [
@@ -20,19 +18,15 @@ __all__ = [
     "MILLI",
     "MILLI_NAME",
     "corrected_panel",
-    "document_of",
     "means_panel",
     "raw_panel",
     "states_panel",
 ]
 
-Json = Mapping[str, Any]
-
 #: One degree per second [rad/s], and a thousandth of it: rates of the size of the Earth's are compared in these.
 DEG = math.radians(1)
 MILLI = DEG / 1000
 MILLI_NAME = "10⁻³ deg/s"
-_POINTS = 1200  # of the states
 _LOOKS: tuple[tuple[str, Style, str], ...] = (
     ("z", "solid", "circle"),
     ("x", "dashed", "square"),
@@ -41,61 +35,56 @@ _LOOKS: tuple[tuple[str, Style, str], ...] = (
 _STATES = ("flicker as one Gauss-Markov term", "random walk")
 
 
-def document_of(aided: Any) -> Json:
-    """The plain document of a `ReferenceAided`, with its states where the result itself is given."""
-    if isinstance(aided, Mapping):
-        return aided
-    rows = np.unique(np.linspace(0, len(aided.states) - 1, _POINTS).round().astype(np.int64))
-    parts = {"t": (rows + 0.5) / aided.rate}
-    for i in range(len(_STATES)):
-        parts[f"value_{i}"], parts[f"sd_{i}"] = aided.states[rows, i], aided.states_sd[rows, i]
-    return {**aided.to_json(), "states": parts}
-
-
 # -- panels -----------------------------------------------------------------------------------------------
 
 
-def corrected_panel(document: Json) -> Panel:
+def corrected_panel(reading: AidedReading) -> Panel:
     """The corrected samples and their cumulative mean."""
-    axis, second = _axis(document)
-    t, low, high = (array(document["overview"][part]) for part in ("t", "low", "high"))
-    low, high = low / DEG, high / DEG
+    axis, second = _axis(reading)
+    samples, means = reading.corrected, reading.running
+    low, high = samples.low / DEG, samples.high / DEG
     known = np.isfinite(low)
     middle = float(np.median((low + high)[known])) / 2 if known.any() else 0.0
     reach = 1.2 * float(np.median((high - low)[known])) if known.any() else 1.0
-    time, mean = _line(document, "corrected")
     return Panel(
         title="Reference-aided, not a measurement: corrected samples",
         x=axis,
         y=Axis(label="Corrected [deg/s]", limits=(middle - reach, middle + reach)),
         envelopes=(
-            Envelope(x=t / second, low=low, high=high, label="corrected, lowest and highest", colour="guide"),
+            Envelope(
+                x=samples.t / second,
+                low=low,
+                high=high,
+                label="corrected, lowest and highest",
+                colour="guide",
+            ),
         ),
-        curves=(Curve(x=time / second, y=mean / DEG, label="cumulative mean", colour="x"),),
+        curves=(Curve(x=means.t / second, y=means.corrected / DEG, label="cumulative mean", colour="x"),),
         height=0.22,
         key="above",
     )
 
 
-def means_panel(documents: Sequence[Json]) -> Panel:
+def means_panel(readings: Sequence[AidedReading]) -> Panel:
     """The cumulative mean for each rate that was typed in, and that rate: one reading, one or more results."""
-    axis, second = _axis(documents[0])
-    references = [document["mean_reference"] / MILLI for document in documents]
+    axis, second = _axis(readings[0])
+    references = [reading.mean_reference / MILLI for reading in readings]
     curves, late = [], []
-    for document, (colour, style, marker), rate in zip(documents, _LOOKS, references, strict=False):
-        time, mean = _line(document, "corrected")
-        words = f"told {rate / 1000:.6f} deg/s".replace("-", "−")
+    for reading, (colour, style, marker), rate in zip(readings, _LOOKS, references, strict=False):
+        time, mean = reading.running.t, reading.running.corrected
+        words = f"told {rate / 1000:.6f} deg/s".replace("-", "−") if math.isfinite(rate) else "told nothing"
         look: dict[str, Any] = {"colour": colour, "style": style, "marker": marker}
         curves.append(Curve(x=time / second, y=mean / MILLI, label=words, **look))
-        late.append((mean / MILLI)[time > 0.1 * _duration(document)])
+        late.append((mean / MILLI)[time > 0.1 * reading.duration])
     lines = [
         Label(x=0.0, y=rate, text="", colour=look[0], place="level")
         for rate, look in zip(references, _LOOKS, strict=False)
+        if math.isfinite(rate)
     ]
-    reading, follows = documents[0]["reading"], documents[0]["follows"]
-    moved = "–" if follows is None else f"{follows:.2f}"
+    kind, follows = readings[0].reading, readings[0].follows
+    moved = f"{follows:.2f}" if math.isfinite(follows) else "–"
     return Panel(
-        title=f"Reference-aided, {reading}: a unit typed in moves the mean by {moved}",
+        title=f"Reference-aided, {kind}: a unit typed in moves the mean by {moved}",
         x=axis,
         y=Axis(label=f"Mean so far [{MILLI_NAME}]", limits=around(references, [0.0], *late, room=0.14)),
         curves=tuple(curves),
@@ -105,12 +94,12 @@ def means_panel(documents: Sequence[Json]) -> Panel:
     )
 
 
-def raw_panel(document: Json, others: Sequence[Curve] = ()) -> Panel:
+def raw_panel(reading: AidedReading, others: Sequence[Curve] = ()) -> Panel:
     """The cumulative mean of the samples as they were measured."""
-    axis, second = _axis(document)
-    time, mean = _line(document, "raw")
-    signed = ", with the sign of the heading" if document["reading"] == "demodulated" else ""
-    late = (mean / MILLI)[time > 0.03 * _duration(document)]
+    axis, second = _axis(reading)
+    time, mean = reading.running.t, reading.running.raw
+    signed = ", with the sign of the heading" if reading.reading == "demodulated" else ""
+    late = (mean / MILLI)[time > 0.03 * reading.duration]
     return Panel(
         title=f"Mean of the measured samples, turns left out{signed}",
         x=axis,
@@ -126,24 +115,24 @@ def raw_panel(document: Json, others: Sequence[Curve] = ()) -> Panel:
     )
 
 
-def states_panel(document: Json) -> Panel:
+def states_panel(reading: AidedReading) -> Panel:
     """Both states of the filter with their bands: what it takes off the samples."""
-    axis, second = _axis(document)
-    states = {name: array(part) for name, part in document["states"].items()}
-    curves, late = [], []
-    for i, (name, look) in enumerate(zip(_STATES, _LOOKS, strict=False)):
-        y, half = states[f"value_{i}"] / DEG, 2 * states[f"sd_{i}"] / DEG
-        late.append(y[states["t"] > 0.02 * _duration(document)])
+    axis, second = _axis(reading)
+    curves: list[Curve] = []
+    late: list[Array] = []
+    for name, look, state in zip(_STATES, _LOOKS, reading.states or (), strict=False):
+        y, half = state.value / DEG, 2 * state.sd / DEG
+        late.append(y[state.t > 0.02 * reading.duration])
         curves.append(
             Curve(
-                x=states["t"] / second,
+                x=state.t / second,
                 y=y,
                 lower=y - half,
                 upper=y + half,
                 label=name,
                 colour=look[0],
                 style=look[1],
-                band_label="" if i else "± 2 sd",
+                band_label="" if curves else "± 2 sd",
             )
         )
     return Panel(
@@ -156,17 +145,8 @@ def states_panel(document: Json) -> Panel:
     )
 
 
-def _line(document: Json, name: str) -> tuple[Array, Array]:
-    return array(document["running"]["t"]), array(document["running"][name])
-
-
-def _duration(document: Json) -> float:
-    """Length of the record [s], from the middles of the blocks of its overview; the last one may be shorter."""
-    t = document["overview"]["t"]
-    return float(2 * (t[-1] - (len(t) - 1) * t[0]))
-
-
-def _axis(document: Json) -> tuple[Axis, float]:
-    duration = _duration(document)
-    unit, second = clock(duration)
-    return Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, duration / second)), second
+def _axis(reading: AidedReading) -> tuple[Axis, float]:
+    unit, second = clock(reading.duration)
+    return Axis(
+        label=f"Time since the first sample [{unit}]", limits=(0.0, reading.duration / second)
+    ), second

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 
+from allanite.filtering.kalman import Consistency, FilterEstimate, FilterVerdict
+from allanite.filtering.kalman.series import SeriesEnvelope
 from allanite.quantities.display_units import display_unit
 from allanite.views.figures.panel import (
     MARKERS,
@@ -20,14 +21,11 @@ from allanite.views.figures.panel import (
     Label,
     Panel,
     around,
-    array,
 )
-from allanite.views.figures.records import clock, overview
+from allanite.views.figures.records import clock
 from allanite.views.wording import number
 
-__all__ = ["VIEWS", "document_of", "drift_panel", "series_panels", "terms_panel", "whiteness_panel"]
-
-Json = Mapping[str, Any]
+__all__ = ["VIEWS", "drift_panel", "series_panels", "terms_panel", "whiteness_panel"]
 
 VIEWS = ("whole", "series", "drift", "terms", "whiteness")
 _BAND = 2.0  # standard deviations
@@ -40,46 +38,32 @@ _NAMES = {
 }
 
 
-def document_of(filtered: Any) -> Json:
-    """The plain document of a `Filtered`, with the overview of the measured samples where they are at hand."""
-    if isinstance(filtered, Mapping):
-        return filtered
-    document: Json = filtered.to_json()
-    source, name = filtered.source, filtered.channel
-    if "measured" in document["overview"] or source[name].kind.value != document["kind"]:
-        return document  # an angle that comes back as a rate has no picture of the same kind
-    samples = overview(source, name)
-    measured = {key: samples[key] for key in ("t", "low", "high")}
-    return {**document, "overview": {"measured": measured, **document["overview"]}}
-
-
-def series_panels(document: Json) -> list[Panel]:
+def series_panels(result: FilterEstimate) -> Iterator[Panel]:
     """Measured and corrected samples, one above the other and equally scaled."""
-    unit, factor = display_unit(document["kind"], "sd", document["unit"])
-    how = "smoothed" if document["smoothed"] else "filtered"
-    overviews = [(key, document["overview"].get(key)) for key in ("measured", "corrected")]
-    titles = {"measured": "Measured", "corrected": f"Corrected: the drift removed ({how})"}
-    colours = {"measured": "guide", "corrected": "z"}
-    panels = []
-    for key, samples in overviews:
-        if samples is None:
-            continue
-        t, low, high = (array(samples[part]) for part in ("t", "low", "high"))
-        x, second = _axis(document)
-        words = "lowest and highest sample of each block"
-        envelope = Envelope(
-            x=t / second, low=low / factor, high=high / factor, label=words, colour=colours[key]
-        )
-        panels.append(Panel(title=titles[key], x=x, y=Axis(label=f"Samples [{unit}]"), envelopes=(envelope,)))
-    return panels
+    unit, factor = display_unit(result.kind, "sd", result.unit)
+    how = "smoothed" if result.smoothed else "filtered"
+    x, second = _axis(result)
+    for samples, title, colour in (
+        (result.measured, "Measured", "guide"),
+        (result.corrected, f"Corrected: the drift removed ({how})", "z"),
+    ):
+        if samples is not None:
+            shown = Envelope(
+                x=samples.t / second,
+                low=samples.low / factor,
+                high=samples.high / factor,
+                label="lowest and highest sample of each block",
+                colour=colour,
+            )
+            yield Panel(title=title, x=x, y=Axis(label=f"Samples [{unit}]"), envelopes=(shown,))
 
 
-def drift_panel(document: Json) -> Panel:
+def drift_panel(result: FilterEstimate) -> Panel:
     """The drift with its band."""
-    unit, factor = display_unit(document["kind"], "mean", document["unit"])
-    x, second = _axis(document)
-    t, drift = _centre(document["overview"]["drift"])
-    _, sd = _centre(document["overview"]["drift_sd"])
+    unit, factor = display_unit(result.kind, "mean", result.unit)
+    x, second = _axis(result)
+    t, drift = _centre(result.drift)
+    _, sd = _centre(result.drift_sd)
     half = _BAND * sd / factor
     y = drift / factor
     curve = Curve(
@@ -102,15 +86,14 @@ def drift_panel(document: Json) -> Panel:
     )
 
 
-def terms_panel(document: Json) -> Panel:
+def terms_panel(result: FilterEstimate) -> Panel:
     """Each slow term by itself, with its band; the level has none of its own here."""
-    unit, factor = display_unit(document["kind"], "mean", document["unit"])
-    x, second = _axis(document)
+    unit, factor = display_unit(result.kind, "mean", result.unit)
+    x, second = _axis(result)
     curves, parts = [], []
-    names = [name for name in document["terms"] if name != "level"]
-    for i, name in enumerate(names):
-        t, value, sd = (array(document["terms"][name][part]) for part in ("t", "value", "sd"))
-        y, half = value / factor, _BAND * sd / factor
+    slow = {name: series for name, series in result.terms.items() if name != "level"}
+    for i, (name, series) in enumerate(slow.items()):
+        t, y, half = series.t, series.value / factor, _BAND * series.sd / factor
         parts.append((t, y, half))
         curves.append(
             Curve(
@@ -134,15 +117,15 @@ def terms_panel(document: Json) -> Panel:
     )
 
 
-def whiteness_panel(document: Json) -> Panel:
+def whiteness_panel(result: FilterEstimate) -> Panel:
     """Correlation of the innovations at each lag, with the band in which it lies if they are white."""
-    tests = document["consistency"]
-    r = array(tests["correlations"])
+    tests = result.consistency
+    r = np.array(tests.correlations)
     lags = np.arange(1.0, r.size + 1)
-    bound = 1.96 / math.sqrt(tests["count"]) if tests["count"] else math.nan
+    bound = 1.96 / math.sqrt(tests.count) if tests.count else math.nan
     reach = max(1.6 * bound if bound == bound else 0.0, 1.15 * float(np.nanmax(np.abs(r), initial=0.0)), 1e-6)
     ticks = tuple((float(lag), f"{lag}") for lag in range(1, r.size + 1) if lag == 1 or lag % 5 == 0)
-    edge = array([0.4, r.size + 0.6])
+    edge = np.array([0.4, r.size + 0.6])
     band = Curve(
         x=edge,
         y=np.zeros(2),
@@ -174,25 +157,24 @@ def whiteness_panel(document: Json) -> Panel:
     )
 
 
-def _nis(tests: Json) -> str:
-    if tests["nis"] is None:
+def _nis(tests: Consistency) -> str:
+    if tests.verdict is FilterVerdict.UNTESTED:
         return "Innovations: not tested"
-    verdict = "consistent" if tests["consistent"] else "not consistent"
-    ends = f"{number(tests['nis_lower'], 4)} to {number(tests['nis_upper'], 4)}"
-    return f"Innovations {verdict}: NIS {number(tests['nis'], 4)}, {ends} if the model holds"
+    verdict = "consistent" if tests.consistent else "not consistent"
+    ends = f"{number(tests.nis_lower, 4)} to {number(tests.nis_upper, 4)}"
+    return f"Innovations {verdict}: NIS {number(tests.nis, 4)}, {ends} if the model holds"
 
 
-def _axis(document: Json) -> tuple[Axis, float]:
-    duration = document["samples"] / document["rate"]
+def _axis(result: FilterEstimate) -> tuple[Axis, float]:
+    duration = result.samples / result.rate
     unit, second = clock(duration)
     axis = Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, duration / second))
     return axis, second
 
 
-def _centre(envelope: Json) -> tuple[Array, Array]:
+def _centre(envelope: SeriesEnvelope) -> tuple[Array, Array]:
     """Middle of an envelope so narrow that it is a line."""
-    t, low, high = (array(envelope[part]) for part in ("t", "low", "high"))
-    return t, (low + high) / 2
+    return envelope.t, (envelope.low + envelope.high) / 2
 
 
 def _limits(parts: list[tuple[Array, Array, Array]]) -> tuple[float, float] | None:

@@ -39,13 +39,9 @@ _HERE = Path(__file__).parent
 
 #: Format of a document -> the module that makes its page; results with a view stand in `allanite.views.registry`.
 _PAGES = {
-    "allanite-filtered": "filtered",
-    "allanite-reference-aided": "filtered",
     "allanite-calibration-estimate": "calibration",
     "allanite-difference": "difference",
 }
-#: Results whose plain document does not name its format.
-_FORMATS = {"Filtered": "allanite-filtered", "ReferenceAided": "allanite-reference-aided"}
 
 
 def render(
@@ -168,10 +164,7 @@ def _loaded(path: Path) -> Mapping[str, Any]:
 def _document(result: Any) -> Mapping[str, Any]:
     if not hasattr(result, "to_json"):
         raise InputError(f"no report of a {type(result).__name__}: give a result, or its document")
-    plain = result.to_json()
-    if "format" in plain:
-        return dict(plain)
-    return {"format": _FORMATS.get(type(result).__name__), "version": 1, **plain}
+    return dict(result.to_json())
 
 
 def _filled(template: str, content: Mapping[str, Any]) -> str:

@@ -6,10 +6,6 @@ from allanite.views.terminal.capture import journal, show_captured
 from allanite.views.terminal.console import listen, progress
 from allanite.views.terminal.difference import show_difference
 from allanite.views.terminal.exporting import show_consumers
-from allanite.views.terminal.measurements import (
-    show_aided,
-    show_filtered,
-)
 from allanite.views.terminal.monitor import monitoring, show_monitor
 from allanite.views.terminal.page import show_document, show_models, show_page
 from allanite.views.terminal.recovery import show_compaction, show_recovery
@@ -27,7 +23,6 @@ __all__ = [
     "listen",
     "monitoring",
     "progress",
-    "show_aided",
     "show_calibration",
     "show_captured",
     "show_compaction",
@@ -35,7 +30,6 @@ __all__ = [
     "show_curve",
     "show_difference",
     "show_document",
-    "show_filtered",
     "show_findings",
     "show_interval_errors",
     "show_models",

@@ -46,23 +46,18 @@ from allanite.views.wording.north import arcs_words, degrees_of, direction_words
 from allanite.views.wording.provisos import missing_lines, provisos, record_facts
 from allanite.views.wording.rate_table import PPM, output_unit, scale_unit
 from allanite.views.wording.rates import (
-    AIDED,
     DEG,
     DEG_H,
     CheckWording,
     EarthRateWording,
-    aided_lines,
     angle,
     budget_lines,
     capitalised,
     channel_names,
     check_lines,
     check_wordings,
-    consistency_lines,
     contradictions,
     estimate_of,
-    filter_lines,
-    filter_verdict,
     headline,
     known_rate,
     model_words,
@@ -99,7 +94,6 @@ from allanite.views.wording.turned_axis import (
 )
 
 __all__ = [
-    "AIDED",
     "BUDGET_QUANTITIES",
     "COLUMNS",
     "DEG",
@@ -112,7 +106,6 @@ __all__ = [
     "CoefficientWording",
     "EarthRateWording",
     "KeyNumber",
-    "aided_lines",
     "angle",
     "arcs_words",
     "axis_facts",
@@ -125,7 +118,6 @@ __all__ = [
     "channel_names",
     "check_lines",
     "check_wordings",
-    "consistency_lines",
     "contradictions",
     "degrees_of",
     "direction_words",
@@ -135,8 +127,6 @@ __all__ = [
     "earth_rate_lines",
     "earth_seen_words",
     "estimate_of",
-    "filter_lines",
-    "filter_verdict",
     "finding_kinds",
     "finding_line",
     "findings_headline",

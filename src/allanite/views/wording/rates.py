@@ -15,30 +15,25 @@ from typing import Any, Protocol
 from allanite.noise import GaussMarkov, NoiseModel, Sinusoid
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.number_words import interval, number, probability, with_sd
+from allanite.quantities.number_words import interval, number, probability
 from allanite.quantities.residual_tests import ResidualTest
 from allanite.recording.health import Finding
 from allanite.views.wording.findings import own_words
 from allanite.views.wording.study import COLUMNS
 
 __all__ = [
-    "AIDED",
     "DEG",
     "DEG_H",
     "CheckWording",
     "EarthRateWording",
-    "aided_lines",
     "angle",
     "budget_lines",
     "capitalised",
     "channel_names",
     "check_lines",
     "check_wordings",
-    "consistency_lines",
     "contradictions",
     "estimate_of",
-    "filter_lines",
-    "filter_verdict",
     "headline",
     "known_rate",
     "model_words",
@@ -316,70 +311,6 @@ def _chance(check: _Answered) -> str:
     if check.tries > 1:
         return f"{p}, multiplied by {check.tries} tries"
     return f"{p}, two-sided" if check.two_sided else p
-
-
-# -- filter -----------------------------------------------------------------------------------------------
-
-AIDED = (
-    "This is no measurement. The filter was told the rate: where the samples are read as they come, every unit that is "
-    "typed in moves the mean of the corrected samples by the share in the last column, whatever the sensor saw."
-)
-"""What must stand beside every result of the reference-aided filter."""
-
-_MEANS = ("mean_measured", "mean_corrected")
-_TERMS = {"gauss_markov": "Gauss-Markov term"}
-
-
-def filter_lines(document: Json) -> list[tuple[str, str]]:
-    """What a filter says in numbers: name, value."""
-    unit, factor = display_unit(document["kind"], "mean", document["unit"])
-    rows = [("level under the drift", with_sd(document["level"], document["level_sd"], unit, factor))]
-    for name, series in document["terms"].items():
-        if name != "level" and series["value"]:
-            words = _TERMS.get(name, name.replace("_", " "))
-            rows.append((f"{words} at the end", with_sd(series["value"][-1], series["sd"][-1], unit, factor)))
-    means = [number(None if document[k] is None else document[k] / factor, 6) for k in _MEANS]
-    rows.append(("mean, measured and corrected", f"{means[0]} and {means[1]} {unit}"))
-    how = "smoothed, from the whole record" if document["smoothed"] else "filtered, from the samples so far"
-    rows.append(("drift", f"{how}; {document['states']} states, {document['form']} form"))
-    return rows
-
-
-def filter_verdict(document: Json) -> tuple[str, str]:
-    """Verdict and reason of a filter."""
-    if document["consistency"]["consistent"]:
-        words = document["verdict"].removeprefix("consistent").lstrip("; ")
-        return (
-            "consistent",
-            words or "the innovations have the size and the whiteness that the noise model says",
-        )
-    return "the model does not hold", document["verdict"]
-
-
-def consistency_lines(document: Json) -> list[tuple[str, str, str]]:
-    """The tests of the innovations: name, what was found, what the model allows."""
-    c = document["consistency"]
-    allowed = f"{number(c['nis_lower'], 4)} to {number(c['nis_upper'], 4)}"
-    rows = [("size of the innovations (NIS)", number(c["nis"], 4), f"{allowed}, {probability(c['nis_p'])}")]
-    if c["whiteness"] is not None:
-        lags = len(c["correlations"])
-        rows.append(
-            ("whiteness, χ²", number(c["whiteness"], 3), f"about {lags}, {probability(c['whiteness_p'])}")
-        )
-    return rows
-
-
-def aided_lines(readings: Sequence[Json]) -> list[tuple[str, str, str, str, str]]:
-    """One row for each reading of the reference-aided filter: reading, told, raw, corrected [deg/h], follows."""
-    rows = []
-    for r in readings:
-        reference, raw, corrected = (
-            number(None if r[k] is None else r[k] / DEG_H, 4)
-            for k in ("mean_reference", "mean_raw", "mean_corrected")
-        )
-        follows = "–" if r["follows"] is None else f"{100 * r['follows']:.0f} %"
-        rows.append((r["reading"], reference, raw, corrected, follows))
-    return rows
 
 
 def share(rate: float | None) -> str:

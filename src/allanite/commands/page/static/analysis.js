@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A closer look at one recording: its spectrum, whether its noise changes, which terms it supports.
+// A closer look at one recording: its spectrum, whether its noise changes, which terms it supports, and what a filter leaves.
 
 import { h, fill, said } from "./dom.js";
 import { fields } from "./form.js";
@@ -10,6 +10,7 @@ const KINDS = {
   spectrum: ["Spectrum", "Power spectral density with intervals; lines that stand out"],
   variation: ["Does the noise change?", "Allan deviation over time, and a test for a change"],
   select: ["Which terms?", "Sets of noise terms side by side, and how sure the choice is"],
+  filter: ["Filter", "The drift that a noise model knows, removed; whether the model holds"],
 };
 
 export class AnalysisPanel {
@@ -35,14 +36,16 @@ export class AnalysisPanel {
   }
 
   draw(kind) {
-    const form = fields(this.session.kinds[kind].options);
+    const { options, required } = this.session.kinds[kind];
+    const own = fields(options, { names: required, required });
+    const others = fields(options, { names: Object.keys(options).filter((n) => !required.includes(n)) });
     const doing = h("div", { role: "status" });
     const start = said(async (event) => {
       event.preventDefault();
-      const job = await run(doing, { kind, recording: this.recording.id, read: this.recording.read(), options: form.values() });
+      const job = await run(doing, { kind, recording: this.recording.id, read: this.recording.read(), options: { ...own.values(), ...others.values() } });
       if (job) await this.result.show(job);
     });
-    fill(this.form, h("form", { onsubmit: start }, h("div", { class: "bar" }, h("button", { class: "main" }, "Look"), h("span", { class: "soft" }, KINDS[kind][1])),
-      h("details", {}, h("summary", {}, "Options"), form.place)), doing);
+    fill(this.form, h("form", { onsubmit: start }, own.place, h("div", { class: "bar" }, h("button", { class: "main" }, "Look"), h("span", { class: "soft" }, KINDS[kind][1])),
+      h("details", {}, h("summary", {}, "Options"), others.place)), doing);
   }
 }
