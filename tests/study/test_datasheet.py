@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.commands import measure
 from allanite.errors import FormatError, InputError
-from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov, NoiseModel
+from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov, NoiseModel, White
 from allanite.noise.datasheet import ENTRIES, sensor_sheet
-from allanite.study.datasheet import Datasheet, hold_against, read_datasheet
+from allanite.study.datasheet import Datasheet, DatasheetJudgement, hold_against, read_datasheet
 from allanite.study.model_file import load_models
 from allanite.study.study import Study
 from allanite.views.figures import sheet_of
@@ -375,3 +376,23 @@ def test_command_draws_a_sheet_alone_and_refuses_what_is_about_a_log(run: Run, t
     assert run("datasheet", sheet, "--unit", "deg/s").code == 1
     alone = run("datasheet", sheet, "--json")
     assert json.loads(alone.out)["channels"] == []
+
+
+def test_command_characterizes_a_log_for_its_sheet(run: Run, tmp_path: Path) -> None:
+    """On the command line and in Python the same; a log with gaps ends with code 3."""
+    sheet, log = tmp_path / "sheet.yaml", tmp_path / "gyro.csv"
+    sheet.write_text("gyro: {angle_random_walk: 0.4 deg/√h}", encoding="utf-8")
+    truth = NoiseModel.of(White(N=0.3 * ARW))
+    samples = al.simulate(truth, rate=4.0, duration=900.0, seed=1).values("gyro").tolist()
+    rows = [f"{i / 4},{value!r}" for i, value in enumerate(samples) if not 400 <= i < 404]
+    log.write_text("time [s],gyro [rad/s]\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    done = run("datasheet", sheet, "--log", log, "--out", tmp_path / "out")
+    assert done.code == 3 and "Meets the data sheet." in done.out, done.err
+    document = json.loads((tmp_path / "out" / "datasheet.json").read_text())
+    assert document["provenance"]["source"] == "gyro.csv" and document["findings"]
+    measured = measure("datasheet", sheet, log=log)
+    assert (
+        measured.result.channels[0].statements
+        == DatasheetJudgement.from_json(document).channels[0].statements
+    )
+    assert run("datasheet", sheet, "--log", log, "--study", log).code == 1

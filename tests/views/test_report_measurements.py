@@ -131,7 +131,7 @@ def test_the_report_of_a_filter() -> None:
     assert_whole(page)
     text = text_of(page)
     assert "Consistent." in text
-    for words in ("size of the innovations (NIS)", "whiteness", "level under the drift", "Ljung"):
+    for words in ("size of the innovations (NIS)", "whiteness", "Level under the drift", "Ljung"):
         assert words in text
     assert {"series", "drift", "whiteness"} <= set(re.findall(r'class="live" id="([^"]+)"', page))
     wrong = html_of(filter_recording(still, seed_paper.sensor() + seed_paper.sensor()))
@@ -227,10 +227,10 @@ def test_what_has_no_report_is_named() -> None:
 
 def test_a_document_of_a_later_version_is_not_drawn(tmp_path: Path) -> None:
     (tmp_path / "plan.json").write_text(
-        '{"format": "allanite-position-plan", "version": 2}', encoding="utf-8"
+        '{"format": "allanite-position-plan", "version": 3}', encoding="utf-8"
     )
     with pytest.raises(
-        FormatError, match="is version 2 of allanite-position-plan; this allanite reads version 1"
+        FormatError, match="version 3 of allanite-position-plan; this allanite reads up to version 2"
     ):
         render_file(tmp_path / "plan.json", tmp_path / "plan.html")
     assert not (tmp_path / "plan.html").exists()

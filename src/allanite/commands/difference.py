@@ -6,27 +6,24 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from allanite.commands.measurement import MeasurementResult, provenance
+from allanite.commands.measurement import MeasurementResult, measured_result, provenance
 
 __all__ = ["difference_of"]
 
 
 def difference_of(
-    first: str | os.PathLike[str],
-    second: str | os.PathLike[str],
+    pair: Sequence[str | os.PathLike[str]],
     *,
     seconds: Sequence[float] | None = None,
     rest: float | None = None,
     command: str | None = None,
-    progress: Any = None,
 ) -> MeasurementResult:
     """Two sources of noise models; see `allanite.fitting.model_difference.model_difference`.
 
     Parameters
     ----------
-    first, second : path or words
+    pair : two paths or words
         Whatever `load_models` reads.
     seconds : sequence of float, optional [s]
         After how long drifts are told; 1, 100 and 1000 by default.
@@ -41,36 +38,18 @@ def difference_of(
     """
     from allanite.fitting.model_difference import SECONDS, model_difference
     from allanite.study.model_file import load_models
+    from allanite.study.result_document import Provenance
 
-    sources = [load_models(source)[0] for source in (first, second)]
-    names = (_name(first), _name(second))
+    one, other = pair
+    sources = [load_models(source)[0] for source in pair]
+    names = (_name(one), _name(other))
     if names[0] == names[1]:
-        names = (str(first), str(second))
+        names = (str(one), str(other))
     result = model_difference(*sources, names=names, seconds=tuple(seconds or SECONDS), rest=rest)
-    document = result.to_json()
-    document["provenance"] = provenance(f"{names[0]} and {names[1]}", None, command)
-    return MeasurementResult(
-        result=result,
-        document=document,
-        name="difference",
-        tables={"difference.csv": _rows(document)},
-        lossy=False,
-    )
+    made = provenance(" and ".join(names), None, command)
+    return measured_result("difference", result, lossy=False, provenance=Provenance(**made))
 
 
 def _name(source: str | os.PathLike[str]) -> str:
     """Of the file; words speak for themselves."""
     return str(source) if "=" in str(source) and not Path(source).exists() else Path(source).name
-
-
-def _rows(document: dict[str, Any]) -> list[dict[str, Any]]:
-    """The table of drifts in SI."""
-    return [
-        {"first": channel["names"][0], "second": channel["names"][1], **_line(line)}
-        for channel in document["channels"]
-        for line in channel["drifts"]
-    ]
-
-
-def _line(line: dict[str, Any]) -> dict[str, Any]:
-    return {f"drift_{key}" if key in ("first", "second") else key: value for key, value in line.items()}

@@ -19,6 +19,6 @@ _DECLARED: Sequence[Command] = [loaded(analysis.command) for analysis in VIEWS.v
 COMMANDS: Mapping[str, Command] = {command.name: command for command in _DECLARED}
 
 
-def measure(name: str, log: Place | Sequence[Place] = (), **options: object) -> MeasurementResult:
+def measure(name: str, log: Place | Sequence[Place] = (), /, **options: object) -> MeasurementResult:
     """Carry out a command on a log, on several, or on none; see `Command.measure`."""
     return COMMANDS[name].measure(log, **options)  # type: ignore[arg-type]

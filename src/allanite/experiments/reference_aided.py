@@ -138,9 +138,7 @@ class ReferenceAided(AidedStatement):
                 reference=self.reference[shown],
             ),
             states=tuple(
-                TermSeries(
-                    t=(known + 0.5) / self.rate, value=self.states[known, i], sd=self.states_sd[known, i]
-                )
+                TermSeries(t=middles[known], value=self.states[known, i], sd=self.states_sd[known, i])
                 for i in range(2)
             ),
         )

@@ -29,18 +29,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
 from allanite.errors import InputError
 from allanite.noise import BY_LETTER, NoiseModel, Ramp, TermType
-from allanite.plain_files.json_values import plain
+from allanite.quantities.earlier_documents import Entry, entries, members, quantity_entry
+from allanite.quantities.quantity import Quantity, QuantityStatus
+from allanite.quantities.result import Result
 
 __all__ = ["ChannelDifference", "Difference", "DriftPair", "drift", "model_difference"]
-
-FORMAT = "allanite-difference"
-VERSION = 1
 
 #: After how long drifts are told [s].
 SECONDS = (1.0, 100.0, 1000.0)
@@ -91,41 +90,45 @@ def _variance(term: TermType, t: float, r: float) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DriftPair:
+class DriftPair(Result):
     """The drift of both models after a time.
 
     Attributes
     ----------
     seconds : float [s]
+        Time of dead reckoning.
     first, second : float [rad or m/s]
-    ratio : float
-        Second over first.
-    lower, upper : float or None
-        95 % interval of the ratio; None where neither model has intervals, or one of them shows no term at all.
+        Standard deviation of each.
+    ratio : Quantity
+        Second over first with its 95 % interval; "given" where both were stated, and "not resolved" where one of them
+        shows no term at all.
     """
 
     seconds: float
     first: float
     second: float
-    ratio: float
-    lower: float | None
-    upper: float | None
+    ratio: Quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChannelDifference:
+class ChannelDifference(Result):
     """One sensor of both sources.
 
     Attributes
     ----------
     name, kind, unit : str
+        Of the sensor; of two names both.
     names : tuple of str
         What it is called in each.
     first, second : NoiseModel
+        Of each.
     drifts : tuple of DriftPair
+        After each time.
     intervals : tuple of bool
-        Which of the two has intervals.
+        Which of the two models has intervals.
     """
+
+    STATED: ClassVar[tuple[str, ...]] = ("intervals",)
 
     name: str
     kind: str
@@ -134,24 +137,15 @@ class ChannelDifference:
     first: NoiseModel
     second: NoiseModel
     drifts: tuple[DriftPair, ...]
-    intervals: tuple[bool, bool]
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data."""
-        return {
-            "name": self.name,
-            "kind": self.kind,
-            "unit": self.unit,
-            "names": list(self.names),
-            "first": self.first.to_json(),
-            "second": self.second.to_json(),
-            "drifts": [plain(d) for d in self.drifts],
-            "intervals": list(self.intervals),
-        }
+    @property
+    def intervals(self) -> tuple[bool, bool]:
+        """Which of the two models has intervals."""
+        return bool(_fitted(self.first)), bool(_fitted(self.second))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Difference:
+class Difference(Result):
     """Two sources of noise models, sensor by sensor.
 
     Attributes
@@ -161,25 +155,35 @@ class Difference:
     rest : float or None [s]
         Over which the bias was averaged before; None: as long as each time.
     channels : tuple of ChannelDifference
+        Sensors that go together.
     unpaired : tuple of str
         Sensors that only one of them holds.
     """
+
+    FORMAT: ClassVar[str] = "allanite-difference"
+    VERSION: ClassVar[int] = 2
 
     names: tuple[str, str]
     rest: float | None
     channels: tuple[ChannelDifference, ...]
     unpaired: tuple[str, ...] = ()
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, from which figures and reports are made."""
-        return {
-            "format": FORMAT,
-            "version": VERSION,
-            "names": list(self.names),
-            "rest": self.rest,
-            "channels": [c.to_json() for c in self.channels],
-            "unpaired": list(self.unpaired),
-        }
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        """Version 1 held the ends of a ratio beside it, and which of two models had intervals."""
+        if data.get("version") != 1:
+            return data
+        channels = [
+            {**c, "drifts": [{**d, "ratio": _ratio_entry(d, c)} for d in entries(c.get("drifts"))]}
+            for c in entries(data.get("channels"))
+        ]
+        return {**data, "version": 2, "channels": channels}
+
+
+def _ratio_entry(drift: Entry, channel: Entry) -> dict[str, object]:
+    ends = (drift.get("lower"), drift.get("upper"))
+    entry = quantity_entry(drift.get("ratio"), ends, "1", resolved=ends[0] is not None)
+    return entry if any(members(channel.get("intervals"))) else {**entry, "status": "given"}
 
 
 def model_difference(
@@ -255,7 +259,6 @@ def _paired(
 def _channel(
     a: str, b: str, first: NoiseModel, second: NoiseModel, seconds: Sequence[float], rest: float | None
 ) -> ChannelDifference:
-    known = tuple(bool(_fitted(m)) for m in (first, second))
     return ChannelDifference(
         name=a if a == b else f"{a} / {b}",
         kind=first.kind,
@@ -264,20 +267,27 @@ def _channel(
         first=first,
         second=second,
         drifts=tuple(_pair(first, second, t, rest) for t in seconds),
-        intervals=(known[0], known[1]),
     )
 
 
 def _pair(first: NoiseModel, second: NoiseModel, t: float, rest: float | None) -> DriftPair:
     a, b = drift(first, t, rest), drift(second, t, rest)
-    ratio = b / a if a > 0 else math.inf
-    lower = upper = None
-    if a > 0 and b > 0 and (_fitted(first) or _fitted(second)):
+    return DriftPair(seconds=t, first=a, second=b, ratio=_ratio(first, second, t, rest, a, b))
+
+
+def _ratio(
+    first: NoiseModel, second: NoiseModel, t: float, rest: float | None, a: float, b: float
+) -> Quantity:
+    ratio, lower, upper = b / a if a > 0 else math.nan, math.nan, math.nan
+    fitted = bool(_fitted(first) or _fitted(second))
+    if a > 0 and b > 0 and fitted:
         (less_a, more_a), (less_b, more_b) = (_margins(m, t, rest) for m in (first, second))
         down, up = math.hypot(less_b, more_a), math.hypot(more_b, less_a)
         if math.isfinite(down + up):
             lower, upper = ratio * math.exp(-down), ratio * math.exp(up)
-    return DriftPair(seconds=t, first=a, second=b, ratio=ratio, lower=lower, upper=upper)
+    status = QuantityStatus.NOT_RESOLVED if fitted else QuantityStatus.GIVEN
+    known = QuantityStatus.RESOLVED if math.isfinite(upper) else status
+    return Quantity(value=ratio, lower=lower, upper=upper, unit="1", status=known)
 
 
 def _margins(model: NoiseModel, t: float, rest: float | None) -> tuple[float, float]:

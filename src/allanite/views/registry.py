@@ -122,6 +122,11 @@ VIEWS: Mapping[str, Analysis] = {
         "allanite.views.datasheet",
         "allanite.commands.datasheet:DATASHEET",
     ),
+    "allanite-difference": Analysis(
+        "allanite.fitting.model_difference:Difference",
+        "allanite.views.difference",
+        "allanite.commands.diff:DIFF",
+    ),
     "allanite-overbound": Analysis(
         "allanite.fitting.overbound:Bounds",
         "allanite.views.overbound",

@@ -11,7 +11,6 @@ from allanite.commands.cli import declared
 from allanite.commands.cli import noise
 from allanite.commands.cli import files
 from allanite.commands.cli import calibration
-from allanite.commands.cli import difference
 from allanite.commands.cli import recording
 from allanite.commands.cli import monitor
 from allanite.commands.cli import recovery
@@ -30,7 +29,6 @@ __all__ = [
     "cli",
     "declared",
     "demo",
-    "difference",
     "files",
     "main",
     "monitor",

@@ -110,6 +110,8 @@ def _of_subject(declared: Command) -> tuple[Bundle, ...]:
     reading = (log_options,) if declared.reads else ()
     if declared.takes == "model":
         return reading
+    if declared.takes == "pair":
+        return click.argument("second"), click.argument("first")
     if declared.takes in ("study", "sheet"):
         file = click.Path(exists=True, dir_okay=False, allow_dash=declared.takes == "study")
         return *reading, click.argument(declared.takes, type=file)
@@ -135,6 +137,8 @@ def _subject(declared: Command, given: dict[str, Any]) -> str | tuple[str, ...]:
     """
     if declared.takes == "model":
         return ()
+    if declared.takes == "pair":
+        return given.pop("first"), given.pop("second")
     if not (logs := given.pop("logs", ())):
         return str(given.pop(declared.takes if declared.takes in ("study", "sheet") else "log"))
     if not declared.positions:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from allanite.experiments.rate_table import RateTableEstimate
     from allanite.experiments.redundancy import Combination
     from allanite.filtering.kalman import FilterEstimate
+    from allanite.fitting.model_difference import Difference
     from allanite.fitting.overbound import Bounds
     from allanite.fitting.selection import TermSelection
     from allanite.fitting.spectral.spectra import Spectra
@@ -404,16 +405,12 @@ def _bounds(result: Bounds, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"these bounds have no figure {view!r}")
 
 
-def _difference(result: Any, *, view: str = "whole") -> Sheet:
+def _difference(result: Difference, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import difference
 
     _known_view(view, difference.VIEWS, "two noise models")
-    document = result if isinstance(result, Mapping) else result.to_json()
-    parts: Parts = {
-        "curves": lambda: difference.curve_panels(document),
-        "drift": lambda: difference.drift_panels(document),
-    }
-    made = [make() for name, make in parts.items() if view in ("whole", name)]
+    parts = {"curves": difference.curve_panels, "drift": difference.drift_panels}
+    made = [[*make(result)] for name, make in parts.items() if view in ("whole", name)]
     if view == "whole":  # each sensor in a row: its curves, and what they add up to
         return Sheet(rows=tuple(zip(*made, strict=True)))
     return Sheet(rows=tuple(_rows_of(made[0], 2)))
@@ -564,7 +561,6 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("Study"), _study),
     (_document("allanite-earth-rate"), _earth_rate),
     (_document("allanite-rate-vector"), _rate_vector),
-    (_document("allanite-difference"), _difference),
     (_document("allanite-static-spans"), _static),
     (_document("allanite-calibration-estimate"), _calibration),
     (_holds("curve"), _channel),

@@ -3,67 +3,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from allanite.fitting.model_difference import drift
-from allanite.noise import NoiseModel
+from allanite.fitting.model_difference import Difference, drift
 from allanite.quantities.display_units import display_unit
 from allanite.views.figures.curves import tau_axis
-from allanite.views.figures.panel import SERIES, Axis, Curve, Panel, positive_range
+from allanite.views.figures.panel import SERIES, Array, Axis, Curve, Panel, Style, positive_range
 from allanite.views.wording import drift_unit
 
 __all__ = ["VIEWS", "curve_panels", "drift_panels"]
 
-Json = Mapping[str, Any]
-
 VIEWS = ("whole", "curves", "drift")
 #: Averaging times of the curves [s]; drifts are drawn a decade beyond those of the table.
 _TAU = (1e-2, 1e5)
-_STYLES = ("solid", "dashed")
+_STYLES: tuple[Style, ...] = ("solid", "dashed")
 
 
-def curve_panels(document: Json) -> list[Panel]:
+def curve_panels(result: Difference) -> Iterator[Panel]:
     """Allan deviation of both models of each sensor."""
     tau = np.geomspace(*_TAU, 241)
-    panels = []
-    for channel in document["channels"]:
-        unit, factor = display_unit(channel["kind"], "adev", channel["unit"])
-        curves = _both(document, channel, tau, lambda model, t: model.adev(t), factor)
-        panels.append(_panel(channel["name"], tau_axis(_TAU), f"Allan deviation σ(τ) [{unit}]", curves))
-    return panels
+    for channel in result.channels:
+        unit, factor = display_unit(channel.kind, "adev", channel.unit)
+        curves = _both(result, tau, [model.adev(tau) / factor for model in (channel.first, channel.second)])
+        yield _panel(channel.name, tau_axis(_TAU), f"Allan deviation σ(τ) [{unit}]", curves)
 
 
-def drift_panels(document: Json) -> list[Panel]:
+def drift_panels(result: Difference) -> Iterator[Panel]:
     """Drift of both models of each sensor over the time."""
-    panels = []
-    for channel in document["channels"]:
-        seconds = [line["seconds"] for line in channel["drifts"]]
+    for channel in result.channels:
+        seconds = [pair.seconds for pair in channel.drifts]
         t = np.geomspace(min(seconds) / 10, max(seconds) * 10, 121)
-        unit, factor = drift_unit(channel["kind"], channel["unit"])
-        rest = document["rest"]
-
-        def of(model: NoiseModel, t: np.ndarray, rest: float | None = rest) -> np.ndarray:
-            return np.array([drift(model, float(s), rest) for s in t])
-
-        curves = _both(document, channel, t, of, factor)
+        unit, factor = drift_unit(channel.kind, channel.unit)
+        drifts = [
+            np.array([drift(model, s, result.rest) / factor for s in t.tolist()])
+            for model in (channel.first, channel.second)
+        ]
         x = Axis(label="Time without help [s]", log=True, limits=(float(t[0]), float(t[-1])))
-        panels.append(_panel(channel["name"], x, f"Drift, 1 σ [{unit}]", curves))
-    return panels
+        yield _panel(channel.name, x, f"Drift, 1 σ [{unit}]", _both(result, t, drifts))
 
 
-def _both(document: Json, channel: Json, x: np.ndarray, of: Any, factor: float) -> tuple[Curve, ...]:
-    curves = []
-    for i, key in enumerate(("first", "second")):
-        model = NoiseModel.from_json(channel[key])
-        curves.append(
-            Curve(
-                x=x, y=of(model, x) / factor, label=document["names"][i], colour=SERIES[i], style=_STYLES[i],  # type: ignore[arg-type]
-            )
-        )  # fmt: skip
-    return tuple(curves)
+def _both(result: Difference, x: Array, ys: Iterable[Array]) -> tuple[Curve, ...]:
+    looks = zip(ys, result.names, SERIES, _STYLES, strict=False)
+    return tuple(Curve(x=x, y=y, label=name, colour=colour, style=style) for y, name, colour, style in looks)
 
 
 def _panel(title: str, x: Axis, label: str, curves: tuple[Curve, ...]) -> Panel:

@@ -40,7 +40,6 @@ _HERE = Path(__file__).parent
 #: Format of a document -> the module that makes its page; results with a view stand in `allanite.views.registry`.
 _PAGES = {
     "allanite-calibration-estimate": "calibration",
-    "allanite-difference": "difference",
 }
 
 

@@ -4,7 +4,6 @@
 from allanite.views.terminal.calibration import show_calibration
 from allanite.views.terminal.capture import journal, show_captured
 from allanite.views.terminal.console import listen, progress
-from allanite.views.terminal.difference import show_difference
 from allanite.views.terminal.exporting import show_consumers
 from allanite.views.terminal.monitor import monitoring, show_monitor
 from allanite.views.terminal.page import show_document, show_models, show_page
@@ -28,7 +27,6 @@ __all__ = [
     "show_compaction",
     "show_consumers",
     "show_curve",
-    "show_difference",
     "show_document",
     "show_findings",
     "show_interval_errors",

@@ -11,7 +11,7 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``north``    directions
 ``selection``  weights of sets of terms
 ``rate_table``  the response to a rate table
-``difference``  two noise models side by side
+``difference``  the unit of a drift
 ``dead_reckoning``  which errors of a navigator are shown
 ``calibration``  parameters, positions and turns of a self-calibration
 """
@@ -31,7 +31,7 @@ from allanite.views.wording.calibration import (
     turn_lines,
 )
 from allanite.views.wording.dead_reckoning import BUDGET_QUANTITIES, quantity_words
-from allanite.views.wording.difference import drift_lines, drift_unit, pair_lines, rest_words
+from allanite.views.wording.difference import drift_unit
 from allanite.views.wording.findings import (
     finding_kinds,
     finding_line,
@@ -121,7 +121,6 @@ __all__ = [
     "contradictions",
     "degrees_of",
     "direction_words",
-    "drift_lines",
     "drift_unit",
     "duration",
     "earth_rate_lines",
@@ -145,7 +144,6 @@ __all__ = [
     "movement",
     "number",
     "output_unit",
-    "pair_lines",
     "parameter_groups",
     "position_lines",
     "probability",
@@ -155,7 +153,6 @@ __all__ = [
     "readings",
     "record_facts",
     "rest_unit",
-    "rest_words",
     "said_of",
     "scale_unit",
     "scatter_lines",
