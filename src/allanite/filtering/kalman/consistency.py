@@ -80,7 +80,7 @@ class Consistency(Result):
     nis_p : float
         Two-sided probability of a `nis` at least as far out.
     correlations : tuple of float
-        Of the standardised innovations at lags 1, 2, ... samples; NaN where no pair is present.
+        Of the standardized innovations at lags 1, 2, ... samples; NaN where no pair is present.
     whiteness, whiteness_p : float
         Ljung-Box statistic over these lags and its probability; NaN below two innovations for each lag.
     confidence : float
