@@ -401,8 +401,14 @@ def test_names_of_axes_that_a_refusal_offers_are_taken(rng: Rng, run: Run, tmp_p
 # -- every sentence of the package ------------------------------------------------------------------------
 
 
-def sentences() -> Iterator[tuple[str, str]]:
+@cache
+def sentences() -> tuple[tuple[str, str], ...]:
     """The texts of the package that hold an option, with the place of each."""
+    return tuple(sentences_of_modules())
+
+
+def sentences_of_modules() -> Iterator[tuple[str, str]]:
+    """Place and text of each."""
     for path in sorted(PACKAGE.rglob("*.py")):
         source = path.read_text(encoding="utf-8")
         if not re.search(r"(?<![\w-])--[a-z]", source):

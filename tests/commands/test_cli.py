@@ -27,6 +27,8 @@ from allanite.study.model_file import load_models, model_of
 from remade import without_links
 from shell import Run
 
+pytestmark = pytest.mark.usefixtures("every_still")
+
 MODEL = "N=0.3 deg/√h, B=5 deg/h, K=20 deg/h/√h"
 
 

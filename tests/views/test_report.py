@@ -22,6 +22,8 @@ from figure_labels import draw_all, misplaced_labels, unfold
 from pages import Balance, document_of, text_of
 from real_browser import opened_browser
 
+pytestmark = pytest.mark.usefixtures("every_still")
+
 NASTY = "</script><img src=x onerror=alert(1)>{{ 7*7 }}\"'&"
 
 
@@ -201,9 +203,9 @@ def test_poor_studies_still_give_a_report() -> None:
     assert "units/√Hz" in text
 
 
-def test_the_same_study_gives_the_same_page(stills: dict[bytes, str]) -> None:
+def test_the_same_study_gives_the_same_page(every_still: Any) -> None:
     page = html_of(small())
-    stills.clear()  # drawn anew
+    every_still.pictures.clear()  # drawn anew
     assert html_of(al.Study.from_json(small())) == page
 
 
