@@ -9,6 +9,7 @@ from html.parser import HTMLParser
 
 __all__ = ["Balance", "document_of", "text_of"]
 
+_HIDDEN = re.compile(r"<(script|style)\b")
 _VOID = {"meta", "link", "img", "br", "hr", "input"}
 
 
@@ -32,8 +33,13 @@ class Balance(HTMLParser):
 
 
 def document_of(page: str) -> str:
-    """The page without the scripts and the style."""
-    return re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.S)
+    """The page without the scripts and the style, which are megabytes: their ends are looked for as text."""
+    parts, at = [], 0
+    while begin := _HIDDEN.search(page, at):
+        parts.append(page[at : begin.start()])
+        before, closing, _ = page[begin.end() :].partition(f"</{begin[1]}>")
+        at = begin.end() + len(before) + len(closing)
+    return "".join([*parts, page[at:]])
 
 
 def text_of(page: str) -> str:

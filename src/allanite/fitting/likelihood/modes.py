@@ -65,7 +65,7 @@ class Modes:
         covariances = series(max(self.rows, 3), self.block)[:, : self.rows] @ self.shape.T
         if self.extra is not None:
             covariances = covariances + extra @ self.extra
-        first, second = np.tril_indices(self.low)
+        first, second = _pairs(self.low)
         low = np.empty((len(covariances), self.low, self.low))
         low[:, first, second] = low[:, second, first] = covariances[:, : len(first)]
         return low, covariances[:, len(first) :]
@@ -95,10 +95,6 @@ def modes_of(values: Array, extra: Array, block: int) -> Modes | None:
         u, shape = u / np.sqrt(white[0]), shape / white[0]
     else:
         u, shape = _contrasts_of(len(values), here.tobytes(), white.tobytes(), low)
-    first, second = np.tril_indices(low)
-    spread = np.stack(
-        [np.concatenate([((u * e)[:low] @ u[:low].T)[first, second], u**2 @ e]) for e in extra.T[:KINDS]]
-    )
     return Modes(
         block=block,
         rows=len(values),
@@ -107,7 +103,7 @@ def modes_of(values: Array, extra: Array, block: int) -> Modes | None:
         tilt=u @ (block * np.arange(float(len(values))) + extra[:, KINDS]),
         log_volume=float(np.log(n) - np.log(white).sum() - np.log((1 / white).sum())) / 2,
         shape=shape,
-        extra=spread if extra.any() else None,
+        extra=_spread(u, extra[:, :KINDS], low) if extra.any() else None,
     )
 
 
@@ -122,6 +118,21 @@ def _contrasts_of(places: int, here: bytes, white: bytes, low: int) -> tuple[Arr
     return u, shape
 
 
-def _shape(u: Array, low: int) -> Array:
+def _spread(u: Array, extra: Array, low: int) -> Array:
+    """By how much incomplete rows exceed complete ones."""
+    first, second = _pairs(low)
+    slow, square = u[:low], u**2
+    return np.stack([np.concatenate([((slow * e) @ slow.T)[first, second], square @ e]) for e in extra.T])
+
+
+@lru_cache(maxsize=16)
+def _pairs(low: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The lower triangle; every step of a search asks for it."""
     first, second = np.tril_indices(low)
+    first.flags.writeable = second.flags.writeable = False
+    return first, second
+
+
+def _shape(u: Array, low: int) -> Array:
+    first, second = _pairs(low)
     return np.concatenate([correlations(u, first, second), autocorrelations(u)])

@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from allanite.files.readers.delimited.dialect import COMMENT
@@ -72,7 +72,7 @@ def find_printed(
     rows = [line for line in lines if line.strip() and not _is_comment(line)]
     bracketed = delimiter is None and decimal != "," and _bracketed(rows)
     changes = [(_OPEN, " "), (_CLOSE, r"\1 "), (_BETWEEN, " ")] if bracketed else []
-    if _most(rows, _EXPONENT.search):
+    if _most(rows, _EXPONENT, "dD"):
         changes.append((_EXPONENT, r"\1E\2"))
     if any(map(_MINUS.search, rows)):
         changes.append((_MINUS, "-"))
@@ -80,11 +80,14 @@ def find_printed(
 
 
 def _bracketed(rows: Sequence[str]) -> bool:
-    return _most(rows, _OPEN.search) and not any(map(_OTHER.search, rows))
+    return _most(rows, _OPEN, "([{") and not any(map(_OTHER.search, rows))
 
 
-def _most(rows: Sequence[str], what: Callable[[str], object]) -> bool:
-    return sum(what(row) is not None for row in rows) > _MOST * len(rows)
+def _most(rows: Sequence[str], what: re.Pattern[str], letters: str) -> bool:
+    """Whether most rows hold a pattern; only those with one of its letters are looked at, as few of most files are."""
+    with_one = [row for row in rows if any(letter in row for letter in letters)]
+    least = _MOST * len(rows)
+    return len(with_one) > least and sum(what.search(row) is not None for row in with_one) > least
 
 
 def _is_comment(line: str) -> bool:
