@@ -5,10 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from allanite.experiments.calibration.checks import CalibrationCheck
 from allanite.experiments.calibration.results import (
     CalibrationEstimate,
     CalibrationParameter,
@@ -17,9 +19,9 @@ from allanite.experiments.calibration.results import (
     EarthSeen,
     ObservationScatter,
 )
+from allanite.experiments.calibration.verdict import CalibrationCheckKind, CalibrationNoise, ParameterStatus
 from allanite.quantities.attitude import rotation
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.residual_tests import ResidualTest
 from allanite.recording.calibration import Calibration, parameter_names
 from allanite.study.model_file import model_of
 
@@ -34,7 +36,7 @@ _UPS = (
     (0, 0, 1), (0, 0, -1), (0, 1, 0), (0, -1, 0), (1, 0, 0), (-1, 0, 0), (0, 1, 1), (0, -1, 1), (1, 0, 1),
     (-1, 0, 1), (1, 1, 0), (-1, 1, 0), (1, -1, 0), (-1, -1, 0),
 )  # fmt: skip
-_ADVICE = ("turn it about its z axis by a quarter turn or more between two rests",)
+_ADD = ("on an edge, -x and -y up",)
 
 
 def estimate(**changes: Any) -> CalibrationEstimate:
@@ -71,21 +73,17 @@ def estimate(**changes: Any) -> CalibrationEstimate:
             value=float(v),
             sd=float(s),
             interval=(float(v - 1.96 * s), float(v + 1.96 * s)),
-            status=w,
+            status=ParameterStatus(w),
             open=1.0 if n in OPEN else 0.0,
             dof=math.inf,
-            advice=_ADVICE if n in OPEN else (),
+            add=_ADD if n in OPEN else (),
         )
         for n, v, s, w in zip(names, values, sd, status, strict=True)
     )
     found: dict[str, Any] = {
         "calibration": calibration,
         "parameters": parameters,
-        "verdict": "partly calibrated",
-        "reason": "18 of 21 parameters are estimated; gyro scale z and two misalignments are not observable",
-        "advice": ("look at span 7: it contradicts the others",),
-        "add": _ADVICE,
-        "remarks": ("gravity is the standard one: every scale factor of the accelerometers follows it",),
+        "add": _ADD,
         "checks": _checks(),
         "scatter": _scatter(),
         "positions": _positions(rng),
@@ -106,14 +104,15 @@ def estimate(**changes: Any) -> CalibrationEstimate:
             "acc_x": model_of("N=0.1 m/s/√h"),
             "gyro_x": model_of("N=0.3 deg/√h"),
         },
-        "model_source": "this record",
+        "model_source": CalibrationNoise.RECORD,
         "spans_source": "found",
         "confidence": 0.95,
         "rate": 100.0,
         "duration": 169.0,
         "source": "twin.parquet",
     }
-    return CalibrationEstimate(**{**found, **changes})
+    made = CalibrationEstimate(**{**found, **changes})
+    return replace(made, verdict=made.judged()[0])
 
 
 def _of(sizes: Mapping[str, tuple[float, float]], name: str) -> float:
@@ -127,11 +126,11 @@ def _unit(name: str) -> str:
     return "1" if ".scale" in name else "rad"
 
 
-def _checks() -> tuple[ResidualTest, ...]:
-    says = "one position contradicts the others"
+def _checks() -> tuple[CalibrationCheck, ...]:
+    forces, alone = CalibrationCheckKind.FORCES, CalibrationCheckKind.ALONE
     return (
-        ResidualTest(name="worst position", statistic=61.0, dof=3.0, p=1e-9, passed=False, says=says),
-        ResidualTest(name="length of gravity", statistic=9.2, dof=5.0, p=0.1, passed=True, says=""),
+        CalibrationCheck(kind=forces, statistic=61.0, dof=3.0, p=1e-9, passed=False, widens=True),
+        CalibrationCheck(kind=alone, statistic=9.2, dof=5.0, p=0.1, passed=True, parameter="bias_z"),
     )
 
 

@@ -460,7 +460,7 @@ def test_a_bumped_span_is_named(path: Path, given: bool) -> None:
     clean = calibrate(record, without=[8], **arguments)
     assert not clean.outliers and not clean.positions[7].used
     assert clean["accelerometer.scale_z"].sd < found["accelerometer.scale_z"].sd
-    assert any("position 8: not used, left out" in r for r in clean.remarks)
+    assert any("position 8: not used, left out" in r for r in clean.notes)
 
 
 def test_gyros_that_follow_gravity_are_found_out() -> None:
@@ -471,7 +471,7 @@ def test_gyros_that_follow_gravity_are_found_out() -> None:
     record = path.recording(*both(values), models(), seed=2)
     found = calibrate(record, spans=path.spans, model=models(), latitude=LATITUDE, gravity=G)
     assert found.verdict == "calibrated" and found.calibration.names[-9:] == names[-9:]
-    assert not found.inflated and any("follow gravity" in r for r in found.remarks)
+    assert not found.inflated and any("follow gravity" in r for r in found.notes)
     assert found["gyro.gravity_sensitivity_xx"].unit == "rad/s/(m/s²)"
     assert len(found.parameters) == 30
     for p in found.parameters:
@@ -559,7 +559,7 @@ def test_a_turn_can_be_left_out(path: Path) -> None:
     clean = calibrate(record, without=[(8, 9)], **arguments)
     assert not clean.outliers and not clean.inflated
     assert [(t.before, t.why) for t in clean.turns if not t.used] == [(8, "left out")]
-    assert any("turn 8 to 9: not used, left out" in r for r in clean.remarks)
+    assert any("turn 8 to 9: not used, left out" in r for r in clean.notes)
     for p in clean.parameters:
         assert abs(p.value - truth(3)[p.name]) < 4.5 * p.sd
     for turn in ((8, 10), (9, 8)):
@@ -602,7 +602,7 @@ def test_defaults_find_the_spans_and_survive_a_file(path: Path, tmp_path) -> Non
     found = calibrate(path.recording(*both(truth(1)), models(), seed=3), latitude=LATITUDE, gravity=G)
     assert len(found.positions) >= 16 and found.spans_source == "found"
     document = json.loads(json.dumps(found.to_json()))
-    assert document["format"] == "allanite-calibration-estimate" and document["version"] == 1
+    assert document["format"] == "allanite-calibration-estimate" and document["version"] == 2
     again = Calibration.from_json(document)
     assert np.array_equal(again.values, found.calibration.values)
     assert np.array_equal(again.covariance, found.calibration.covariance)
@@ -618,12 +618,12 @@ def test_stated_uncertainties_enter(path: Path) -> None:
     for name, extra in (("accelerometer.scale_x", 1e-2 / G), ("gyro.bias_y", 1e-3), ("gyro.scale_x", 0.0)):
         assert wide[name].sd == pytest.approx(math.hypot(plain[name].sd, extra), rel=1e-3)
     i, j = (NAMES.index(f"accelerometer.scale_{a}") for a in "xy")
-    assert wide.correlation()[i, j] > 0.99
+    assert wide.correlation[i, j] > 0.99
 
 
 def test_gravity_that_nobody_gave_is_said(path: Path) -> None:
     record = path.recording(*both({}), models())
-    assert any("gravity was taken" in r for r in calibrate(record, spans=path.spans, model=models()).remarks)
+    assert any("gravity was taken" in r for r in calibrate(record, spans=path.spans, model=models()).notes)
     known = calibrate(record, spans=path.spans, model=models(), latitude=LATITUDE)
     assert known.gravity == pytest.approx(9.7967, abs=1e-3) and known.gravity_source == "latitude"
 

@@ -20,7 +20,7 @@ from allanite.experiments.calibration.adjustment import solution
 from allanite.experiments.calibration.adjustment.interval_noise import model_beside_motion
 from allanite.experiments.calibration.adjustment.scatter import Contrasts, Sizes, _upper_sizes
 from allanite.experiments.calibration.adjustment.turning import TurningSamples
-from allanite.experiments.calibration.verdict import MORE_POSITIONS
+from allanite.experiments.calibration.verdict import ParameterNeed
 from allanite.experiments.static_spans import StaticSpans, find_held_spans, find_rests
 from allanite.noise import White
 from allanite.recording.calibration import GYRO, errors_of
@@ -231,7 +231,7 @@ def test_few_rests_give_intervals_that_are_numbers_and_hold() -> None:
                 hits, count = hits + (p.interval[0] <= made.values[p.name] <= p.interval[1]), count + 1
         if any(p.status == "not resolved" for p in found.parameters):
             assert found.verdict == "partly calibrated"
-            assert MORE_POSITIONS in found.advice or "no position has" in found.reason
+            assert ParameterNeed.POSITIONS.words in found.advice or "no position has" in found.reason
     assert hardly > 5  # else these records test nothing
     assert hits >= binom.ppf(1e-3, count, 0.95)
 

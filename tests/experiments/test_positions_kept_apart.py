@@ -162,7 +162,7 @@ def test_standard_deviations_of_the_table_are_taken_for_what_they_are() -> None:
     names, units = (*ACC, *(f"{n}_sd" for n in ACC), "n"), ["m/s²"] * 6 + ["unknown"]
     whole = table(np.stack(columns, axis=1), names, units)
     means = means_of(whole)
-    assert means.rows.names == ACC and "divided by the root of their number (n)" in means.remarks[0]
+    assert means.rows.names == ACC and "divided by the root of their number (n)" in means.sd_columns.says
     np.testing.assert_allclose(means.sds(ACC), 5e-4)
     found = calibrate_means(means, gravity=G)
     assert found.model_source == "standard deviations of the table"
@@ -192,7 +192,7 @@ def test_gyros_find_the_headings_by_the_earth_or_say_what_it_costs(noise: float,
         PositionMeans(rows=rows(values, 16, 7, (5e-4, noise))), gravity=G, latitude=LATITUDE
     )
     assert (found.earth is not None) == told
-    assert any("no turn tells how the positions were headed" in r for r in found.remarks) != told
+    assert any("no turn tells how the positions were headed" in r for r in found.notes) != told
     for axis in "xyz":
         p = found[f"gyro.bias_{axis}"]
         assert abs(p.value - values[p.name]) < 4.5 * p.sd
@@ -223,7 +223,8 @@ def test_calibrate_takes_files_and_rows(run: Run, folder: Path, tmp_path: Path, 
     document = json.loads(done.out)
     assert [Path(part["file"]).name for part in document["files"]] == [f.name for f in files]
     assert not any(finding["code"] == "missing" for finding in document["findings"])
-    assert any("60 s are assumed between them" in r for r in document["remarks"])
+    assert document["apart"]["assumed"] == 60.0
+    assert any("60 s are assumed between them" in r for r in CalibrationEstimate.from_json(document).notes)
     done = run("calibrate", "--means", folder / "means.csv", *known, "--out", tmp_path / "rows")
     assert done.code == 0, done.err
     document = json.loads((tmp_path / "rows" / "calibration.json").read_text(encoding="utf-8"))

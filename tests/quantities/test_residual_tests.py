@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-
 import numpy as np
 import pytest
 from scipy import stats
@@ -18,7 +16,7 @@ from allanite.quantities.residual_tests import (
     scatter_check,
     size_check,
 )
-from allanite.views.wording import check_lines
+from allanite.views.wording import check_wordings
 
 
 def test_laws_are_those_of_the_textbooks() -> None:
@@ -59,10 +57,10 @@ def test_the_line_of_a_check_says_what_was_done_to_its_p(looks: int) -> None:
         check = alarm("x", statistic, dof, "why", looks=looks)
         single = float(stats.chi2.sf(statistic, dof))
         assert check.p == pytest.approx(min(single * check.tries, 1.0), rel=1e-9)
-        (line,) = check_lines([asdict(check)])
+        (line,) = check_wordings([check])
         assert ("multiplied by" in line.chance) == (looks > 1)
         assert looks == 1 or f"multiplied by {looks} tries" in line.chance
-    (line,) = check_lines([asdict(size_check(60.0, 50))])
+    (line,) = check_wordings([size_check(60.0, 50)])
     assert line.chance.endswith("two-sided")
 
 

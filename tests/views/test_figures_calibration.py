@@ -247,7 +247,7 @@ def test_correlations_are_those_of_what_was_estimated() -> None:
     assert "gyro scale factor z" not in panel.drawing.words
     found = estimate()
     kept = [i for i, p in enumerate(found.parameters) if p.name not in OPEN]
-    r = found.correlation()[np.ix_(kept, kept)]
+    r = found.correlation[np.ix_(kept, kept)]
     lower = r[np.tril_indices(len(kept), -1)]
     drawn = [s for s in panel.drawing.named("positive") if middle(s)[1] > 7]
     assert len(drawn) == np.count_nonzero(lower >= 0.03)

@@ -14,23 +14,15 @@ import numpy as np
 import pytest
 
 from allanite.errors import InputError
-from allanite.experiments.calibration.results import CalibrationParameter
+from allanite.experiments.calibration import CalibrationEstimate, CalibrationParameter, ParameterStatus
 from allanite.recording.calibration import Calibration
+from allanite.study.result_document import ResultDocument
+from allanite.views import calibration as shown
 from allanite.views.figures import sheet_of
 from allanite.views.figures.calibration import parameter_panels
 from allanite.views.report import html_of, render_file
-from allanite.views.terminal import show_calibration
-from allanite.views.wording import (
-    calibrated_words,
-    calibration_facts,
-    calibration_name,
-    earth_seen_words,
-    parameter_groups,
-    position_lines,
-    scatter_lines,
-    still_open,
-    turn_lines,
-)
+from allanite.views.terminal import show_document
+from allanite.views.wording import calibration_name, parameter_groups
 from pages import Balance, document_of, text_of
 from sample_calibration import LEFT_OUT, MG, OPEN, OUTLIER, estimate
 
@@ -69,12 +61,12 @@ def test_the_verdict_comes_first_and_then_what_is_open(page: str) -> None:
     assert_whole(page)
     said = text_of(page)
     order = (
-        "Partly calibrated.",
+        "Inconsistent.",
         "18 of 21",
         "Not observable",
-        "Parameter Unit Estimate",
+        "Accelerometers Unit Estimate",
         "Correlations:",
-        "Worst position",
+        "Scatter of the accelerometers at rest",
     )
     places = [said.index(words) for words in order]
     assert places == sorted(places)
@@ -82,9 +74,9 @@ def test_the_verdict_comes_first_and_then_what_is_open(page: str) -> None:
         assert f'class="live" id="{figure}"' in page
 
 
-def test_every_parameter_is_on_the_page_with_its_interval(page: str, document: dict[str, Any]) -> None:
+def test_every_parameter_is_on_the_page_with_its_interval(page: str) -> None:
     said = text_of(page)
-    for group in parameter_groups(document):
+    for group in parameter_groups(estimate().parameters):
         for line in group.lines:
             value, low_high = (words.replace("-", "−") for words in (line.value, line.range))
             assert f"{group.name} {line.name} {group.unit} {value} {low_high}" in said
@@ -92,7 +84,9 @@ def test_every_parameter_is_on_the_page_with_its_interval(page: str, document: d
 
 
 def test_positions_and_turns_that_stand_out_say_why(page: str) -> None:
-    assert len(re.findall(r'class="tag fatal">outlier<', page)) == 1
+    assert (
+        len(re.findall(r'class="tag fatal">outlier<', page)) == 2
+    )  # in the verdict, and among all positions
     assert text_of(page).count("not used: clipped") == 1
 
 
@@ -105,8 +99,7 @@ def test_method_and_gravity_are_said(page: str, document: dict[str, Any]) -> Non
         "24.5 to 26.8",
     ):
         assert words in said
-    alone = {**document, "parameters": document["parameters"][:9], "earth": None, "turns": []}
-    words = text_of(html_of({**alone, "correlation": np.eye(9).tolist()}))
+    words = text_of(html_of(alone()))
     assert "The gyros turn with the Earth" not in words and "Gyros" not in words
 
 
@@ -123,17 +116,23 @@ def test_object_and_document_give_the_same_page_and_the_calibration_is_read_back
 
 def test_what_stands_in_a_log_cannot_act(document: dict[str, Any]) -> None:
     nasty = json.loads(json.dumps(document))
-    nasty |= {"source": NASTY, "reason": NASTY, "advice": [NASTY], "add": [NASTY], "remarks": [NASTY]}
-    nasty["positions"][0] |= {"words": NASTY}
+    nasty |= {
+        "source": NASTY,
+        "add": [NASTY],
+        "astray": {"miss": 1.0, "order": [NASTY] * 3, "turned": [NASTY]},
+    }
+    nasty["positions"][0] |= {"words": NASTY, "used": False, "why": NASTY}
     nasty["calibration"]["channels"]["gyro"] = [NASTY] * 3
-    nasty["parameters"][0] |= {"unit": NASTY, "advice": [NASTY], "status": NASTY}
+    nasty["parameters"][0] |= {"unit": NASTY, "add": [NASTY], "status": "assumed"}
+    nasty["scatter"][0] |= {"what": NASTY, "unit": NASTY}
     page = html_of(nasty)
     assert "<img src=x" not in page
     assert page.count("</script>") == 3
 
 
 def test_nothing_that_was_found_still_has_a_page() -> None:
-    bare = estimate(verdict="not calibrated", positions=(), turns=(), checks=(), scatter=(), earth=None)
+    none = tuple(replace(p, status=ParameterStatus.ASSUMED) for p in estimate().parameters)
+    bare = estimate(parameters=none, positions=(), turns=(), checks=(), scatter=(), earth=None)
     page = html_of(bare)
     assert_whole(page)
     assert "Not calibrated." in text_of(page)
@@ -143,9 +142,40 @@ def test_nothing_that_was_found_still_has_a_page() -> None:
 # -- words ------------------------------------------------------------------------------------------------
 
 
-def row(name: str, unit: str, value: float, half: float, status: str = "estimated") -> dict[str, Any]:
-    interval = [value - half, value + half]
-    return {"name": name, "unit": unit, "value": value, "interval": interval, "status": status, "advice": []}
+def row(name: str, unit: str, value: float, half: float, status: str = "estimated") -> CalibrationParameter:
+    return CalibrationParameter(
+        name=name,
+        unit=unit,
+        value=value,
+        sd=half / 2,
+        interval=(value - half, value + half),
+        status=ParameterStatus(status),
+        open=0.0,
+        dof=math.inf,
+    )
+
+
+def alone(sensor: str = "accelerometer") -> CalibrationEstimate:
+    """One triad of the unit."""
+    whole = estimate()
+    kept = [i for i, p in enumerate(whole.parameters) if p.name.startswith(sensor)]
+    calibration = replace(
+        whole.calibration,
+        names=tuple(whole.calibration.names[i] for i in kept),
+        values=whole.calibration.values[kept],
+        covariance=whole.calibration.covariance[np.ix_(kept, kept)],
+        status=tuple(whole.calibration.status[i] for i in kept),
+    )
+    parameters = tuple(whole.parameters[i] for i in kept)
+    return estimate(calibration=calibration, parameters=parameters, earth=None, turns=())
+
+
+def facts_of(result: CalibrationEstimate) -> dict[str, str]:
+    return dict(shown._facts(ResultDocument(result=result)))
+
+
+def texts(cells: Any) -> list[str]:
+    return [cell if isinstance(cell, str) else cell.text for cell in cells]
 
 
 @pytest.mark.parametrize(
@@ -167,64 +197,62 @@ def row(name: str, unit: str, value: float, half: float, status: str = "estimate
 def test_parameters_are_in_the_units_of_people(
     name: str, unit: str, value: float, half: float, text: str, shown: float
 ) -> None:
-    (group,) = parameter_groups({"parameters": [row(name, unit, value, half)]})
+    (group,) = parameter_groups([row(name, unit, value, half)])
     assert group.unit == text
     assert group.lines[0].x == pytest.approx(shown, rel=1e-9)
 
 
 def test_what_is_assumed_does_not_choose_the_unit() -> None:
     rows = [row("gyro.scale_x", "1", 1.0002, 1e-5), row("gyro.scale_y", "1", 1.0, 0.1, "assumed")]
-    (group,) = parameter_groups({"parameters": rows})
+    (group,) = parameter_groups(rows)
     assert group.unit == "ppm"
     assert [line.estimated for line in group.lines] == [True, False]
 
 
-def test_names_and_what_is_open(document: dict[str, Any]) -> None:
+def test_names_and_what_is_open() -> None:
     assert calibration_name("gyro.misalignment_zx") == "gyro misalignment zx"
-    ((names, advice),) = still_open(document)
+    ((names, advice),) = shown._open(estimate())
     assert names == "gyro scale factor z; gyro misalignment xz, yz"
-    assert advice == "add: turn it about its z axis by a quarter turn or more between two rests"
-    ((_, alone),) = still_open({**document, "add": []})
-    assert alone == advice.removeprefix("add: ")
+    assert advice == "add: on an edge, -x and -y up"
+    ((_, words),) = shown._open(estimate(add=()))
+    assert words == advice.removeprefix("add: ")
 
 
-def test_positions_turns_and_scatter_in_rows(document: dict[str, Any]) -> None:
-    lines = position_lines(document)
+def test_positions_turns_and_scatter_in_rows() -> None:
+    found = estimate()
+    lines = [texts(shown._position(p, found)) for p in found.positions]
     assert (lines[OUTLIER - 1][3], lines[OUTLIER - 1][-1]) == ("2.50 ± 0.30", "outlier")
     assert lines[LEFT_OUT - 1][-1] == "left out"
     assert lines[0][-2] == "–"  # no other position says anything about it
-    assert turn_lines(document)[2][-1] == "not used: clipped" and turn_lines(document)[2][2] == "–"
-    assert [line[-1] for line in scatter_lines(document)] == [
+    turn = texts(shown._turn(found.turns[2]))
+    assert turn[-1] == "not used: clipped" and turn[2] == "–"
+    assert [shown._added(s, found.duration) for s in found.scatter] == [
         "0.20 mg",
         "a drift of 13 deg/h over the record",  # 1 deg/h per root of a second, over 169 s
         "nothing",
     ]
-    assert "13 of 14 positions" in calibrated_words(document)
-    assert earth_seen_words(document).endswith("expected 15.04 deg/h: seen too weakly to be used")
-    assert not earth_seen_words({**document, "earth": None})
+    facts = facts_of(found)
+    assert facts["Used"].startswith(
+        "13 of 14 positions (found in the signal), 2.17 min at rest; 11 turns between"
+    )
+    assert facts["Earth"].endswith("expected 15.04 deg/h: seen too weakly to be used")
+    assert not facts_of(estimate(earth=None))["Earth"]
 
 
 def test_numbers_that_do_not_exist_are_dashes_and_have_no_marks() -> None:
     position = replace(estimate().positions[0], excess=None, excess_sd=None, rate=None, rate_sd=None)
-    (line,) = position_lines(estimate(positions=(position,)).to_json())
-    assert line[3:6] == ("–", "–", "–")
+    line = texts(shown._position(position, estimate(positions=(position,))))
+    assert line[3:6] == ["–", "–", "–"]
     nowhere = replace(position, up=np.full(3, math.nan), words="", used=False, why="left out")
-    (line,) = position_lines(estimate(positions=(nowhere,)).to_json())
+    line = texts(shown._position(nowhere, estimate(positions=(nowhere,))))
     assert (line[1], line[-1]) == ("–", "left out")
     with pytest.raises(InputError, match="no figure 'sphere'"):
         sheet_of(estimate(positions=(nowhere,)), view="sphere")
 
 
 def test_numbers_that_round_to_zero_have_no_sign() -> None:
-    (group,) = parameter_groups({"parameters": [row("gyro.scale_x", "1", 0.9999, 0.1, "assumed")]})
+    (group,) = parameter_groups([row("gyro.scale_x", "1", 0.9999, 0.1, "assumed")])
     assert group.lines[0].value == "0"
-
-
-def test_every_key_of_the_document_is_described() -> None:
-    text = (Path(__file__).parents[2] / "docs" / "reference" / "study-format.md").read_text(encoding="utf-8")
-    found = estimate().to_json()
-    keys = {*found, *found["calibration"], *found["parameters"][0]} - {"format", "version"}
-    assert not sorted(key for key in keys if f"`{key}`" not in text)
 
 
 @pytest.mark.parametrize(
@@ -240,41 +268,44 @@ def test_biases_that_follow_gravity_are_parameters(
 ) -> None:
     """In the table, on the page and in the picture, as any other."""
     size /= 9.80665
-    names = [f"gyro.gravity_sensitivity_{a}{b}" for a in "xyz" for b in "xyz"]
-    facts = {"unit": unit, "sd": 0.1 * size, "status": "estimated", "open": 0.0, "dof": math.inf}
-    interval = (0.95 * size, 1.05 * size)
-    rows = tuple(CalibrationParameter(name=n, value=size, interval=interval, **facts) for n in names)
+    names = tuple(f"gyro.gravity_sensitivity_{a}{b}" for a in "xyz" for b in "xyz")
     found = estimate()
-    document = {
-        **estimate(parameters=found.parameters + rows).to_json(), "correlation": np.eye(30).tolist()
-    }  # fmt: skip
-    group = parameter_groups(document)[-1]
+    calibration = replace(
+        found.calibration,
+        names=found.calibration.names + names,
+        values=np.append(found.calibration.values, np.full(9, size)),
+        covariance=np.eye(30),
+        status=(*found.calibration.status, *["estimated"] * 9),
+    )
+    more = tuple(row(n, unit, size, 0.05 * size) for n in names)
+    result = estimate(calibration=calibration, parameters=found.parameters + more)
+    group = parameter_groups(result.parameters)[-1]
     assert (group.name, group.unit, len(group.lines)) == ("Gravity sensitivity", said, 9)
     assert (group.lines[1].name, group.lines[1].value) == ("xy", value)
-    show_calibration(document)
-    assert "gravity sensitivity xy" in capsys.readouterr().out
-    assert "Gravity sensitivity zz" in text_of(html_of(document))
-    assert parameter_panels(document)[-1][0].title == f"Gyros: gravity sensitivity [{said}]"
+    show_document(ResultDocument(result=result))
+    assert "Gravity sensitivity xy" in capsys.readouterr().out
+    assert "Gravity sensitivity zz" in text_of(html_of(result))
+    assert parameter_panels(result)[-1][0].title == f"Gyros: gravity sensitivity [{said}]"
 
 
 def test_stated_gravity_is_said() -> None:
-    facts = dict(calibration_facts(estimate(stated={"gravity": 3e-4}).to_json()))
-    assert facts["gravity"] == "9.80665 m/s² (standard gravity, nothing given, ± 0.0003 stated)"
+    facts = facts_of(estimate(stated={"gravity": 3e-4}))
+    assert facts["Gravity"] == "9.80665 m/s² (standard gravity, nothing given, ± 0.0003 stated)"
 
 
 # -- the terminal -----------------------------------------------------------------------------------------
 
 
-def test_the_terminal_says_the_same(document: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
-    show_calibration(document, ["out/report.html"])
+def test_the_terminal_says_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    show_document(ResultDocument(result=estimate()), ["out/report.html"])
     said = capsys.readouterr().out
-    assert said.startswith("Partly calibrated: 18 of 21")
+    assert said.startswith("Inconsistent. Position 7 does not go with what all others say.")
     flat = " ".join(said.split())
-    for group in parameter_groups(document):
+    for group in parameter_groups(estimate().parameters):
         for line in group.lines:
-            assert f"{group.name.lower()} {line.name} {group.unit} {line.value} {line.range}" in flat
+            assert f"{group.name} {line.name} {group.unit} {line.value} {line.range}" in flat
     for words in (
-        "Not observable: gyro scale factor z",
+        "Gyro scale factor z; gyro misalignment xz,",
         "outlier",
         "left out",
         "wrote out/report.html",

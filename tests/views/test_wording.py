@@ -170,12 +170,10 @@ def test_a_value_has_no_digit_beyond_its_standard_deviation(
 
 
 def test_a_name_stays_as_it_is_written_where_a_sentence_begins() -> None:
-    names = wording.channel_names({"channels": [{"name": "x"}, {"name": "gyro_x"}]})
+    names = ["x", "gyro_x"]
     assert wording.sentence("gyro_x in N", names) == "gyro_x in N."
     assert wording.sentence("x: its lags", names) == "x: its lags."
     assert wording.sentence("xenon is heavy", names) == "Xenon is heavy."
-    assert wording.channel_names({"channels": ("a", "b")}) == ["a", "b"]
-    assert wording.channel_names({"channels": {"gyro": ["a"]}}) == wording.channel_names({}) == []
 
 
 def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:

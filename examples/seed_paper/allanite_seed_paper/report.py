@@ -40,9 +40,8 @@ from allanite.views.wording import (
     number,
     sentence,
     share,
-    tone,
 )
-from allanite_seed_paper.words import take_name, week_lines, week_words
+from allanite_seed_paper.words import TONE_OF, take_name, week_lines, week_words
 
 __all__ = ["page"]
 
@@ -245,7 +244,7 @@ def _rate(document: Json) -> list[PageBlock]:
             [
                 (
                     take_name(row),
-                    Cell(text=row["verdict"], look=tone(row["verdict"])),
+                    Cell(text=row["verdict"], look=TONE_OF[row["verdict"]]),
                     Cell(text="", below=sentence(row["reason"])),
                 )
                 for row in document["takes"]
@@ -314,7 +313,7 @@ def _faulty(document: Json) -> list[PageBlock]:
     spoken = [
         (
             Cell(text=capitalised(take_name(row)), below=f"Put in: {_FAULTS[row['fault']]}."),
-            Cell(text=row["verdict"], look=tone(row["verdict"])),
+            Cell(text=row["verdict"], look=TONE_OF[row["verdict"]]),
             Cell(text="", below=sentence(row["reason"])),
         )
         for row in rows

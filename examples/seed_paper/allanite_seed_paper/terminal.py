@@ -11,8 +11,8 @@ from rich.text import Text
 
 from allanite.views.terminal.console import console, table_of
 from allanite.views.terminal.parts import TONES
-from allanite.views.wording import DEG_H, capitalised, estimate_of, number, tone
-from allanite_seed_paper.words import take_name, week_lines
+from allanite.views.wording import DEG_H, capitalised, estimate_of, number
+from allanite_seed_paper.words import TONE_OF, take_name, week_lines
 
 __all__ = ["show_demonstration"]
 
@@ -56,7 +56,7 @@ def _takes(out: Console, rows: Sequence[Json]) -> None:
             number(None if pair is None else pair / DEG_H, 3),
             Text(line.value, "bold"),
             line.range,
-            Text(row["verdict"], TONES[tone(row["verdict"])]),
+            Text(row["verdict"], TONES[TONE_OF[row["verdict"]]]),
         )
     out.print(table)
     out.print("Known: 15.041 deg/h. The published takes were other records; these are simulated.")

@@ -8,11 +8,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from allanite.experiments.earth_rate.verdict import EarthRateVerdict
 from allanite.views.wording import DEG, interval, number
 
-__all__ = ["WeekLine", "take_name", "week_lines", "week_words"]
+__all__ = ["TONE_OF", "WeekLine", "take_name", "week_lines", "week_words"]
 
 Json = Mapping[str, Any]
+
+TONE_OF: Mapping[str, str] = {verdict.value: verdict.tone for verdict in EarthRateVerdict}
+"""How the verdict of a take looks."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

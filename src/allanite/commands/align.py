@@ -18,7 +18,7 @@ from allanite.commands.option import (
     SETUP,
     option,
 )
-from allanite.commands.rules import OF_MEANS, Conflict
+from allanite.commands.rules import OF_MEANS, of_logs
 
 __all__ = ["ALIGN"]
 
@@ -58,8 +58,7 @@ ALIGN = Command(
     ),
     rules=(
         *OF_MEANS,
-        *(Conflict(one="means", others=(name,), says=f"--{name} is for logs: leave it out with --means")
-          for name in ("positions", "spans")),
+        *of_logs("positions", "spans"),
     ),
     on_page=False,
     work="allanite.commands.alignment:alignment_of",

@@ -71,8 +71,8 @@ class Command:
         command of one log. `work` gets them as a mapping of path to heading [rad].
     headed : str
         How such logs with their headings are written: "north.csv=0 east.csv=90".
-    headings_needed : bool
-        Each of them needs one.
+    headings : str
+        "needed" of each of them, "possible", or "none": `work` gets a list of paths then.
     on_page : bool
         The page offers it: it needs no file but logs, models and lists.
     judged_here : collection of str
@@ -103,7 +103,7 @@ class Command:
     rules: tuple[Rule, ...] = ()
     positions: str = ""
     headed: str = ""
-    headings_needed: bool = False
+    headings: Literal["needed", "possible", "none"] = "possible"
     on_page: bool = True
     judged_here: Collection[str] = ()
     brief: bool = False

@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "MeasurementResult",
-    "beside",
     "file_names",
     "measured_result",
     "origin_of",
@@ -60,7 +59,7 @@ class MeasurementResult:
     Attributes
     ----------
     result : EarthRateEstimate, NorthEstimate, Filtered, ReferenceAided or Plan
-    document : mapping, ResultDocument, or Study
+    document : ResultDocument, or Study
         Its document with what is known besides.
     name : str
         Of its files: ``<name>.json``.
@@ -77,7 +76,7 @@ class MeasurementResult:
     """
 
     result: Any
-    document: Json | Reportable
+    document: Reportable
     name: str
     tables: Mapping[str, Sequence[Json]]
     lossy: bool
@@ -88,7 +87,7 @@ class MeasurementResult:
     @property
     def plain(self) -> Json:
         """The document as plain data."""
-        return self.document if isinstance(self.document, Mapping) else self.document.to_json()
+        return self.document.to_json()
 
 
 # -- what stands beside a result ----------------------------------------------------------------------------
@@ -134,30 +133,6 @@ def measured_result(
     document = ResultDocument(result=result, **origin)
     rows = {file: [*made] for file, made in (tables or {}).items()}
     return MeasurementResult(result=result, document=document, name=name, tables=rows, lossy=lossy)
-
-
-def beside(
-    recording: Recording,
-    channel: str | None,
-    findings: Iterable[Finding],
-    sha256: str | None,
-    command: str | None,
-) -> dict[str, Any]:
-    """Provenance, facts of the record, the overview of a channel if one is named, and findings."""
-    from allanite.views.figures.records import overview
-
-    return {
-        "provenance": provenance(recording.source, sha256, command),
-        "recording": {
-            "rate": recording.rate,
-            "samples": recording.n_samples,
-            "duration": recording.duration,
-            "channels": [c.to_json() for c in recording.channels],
-            "history": [dict(step) for step in recording.history],
-        },
-        **({} if channel is None else {"overview": overview(recording, channel)}),
-        "findings": [f.to_json() for f in findings],
-    }
 
 
 def provenance(source: str, sha256: str | None = None, command: str | None = None) -> dict[str, Any]:

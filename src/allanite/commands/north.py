@@ -79,5 +79,5 @@ NORTH = Command(
     documents=("east-west-null.json",),
     positions="with its heading, in recording order: north.csv=0 east.csv=90.",
     headed="north.csv=0 east.csv=90",
-    headings_needed=True,
+    headings="needed",
 )  # fmt: skip

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-__all__ = ["OF_MEANS", "Conflict", "Requirement", "Rule"]
+__all__ = ["OF_MEANS", "Conflict", "Requirement", "Rule", "of_logs"]
 
 
 class Rule(Protocol):
@@ -71,3 +71,15 @@ OF_MEANS: tuple[Rule, ...] = tuple(
     for name in ("averaging", "sd_of")
 )
 """What only a table of means has."""
+
+
+def of_logs(*names: str) -> tuple[Rule, ...]:
+    """What a table of means has not."""
+    return tuple(
+        Conflict(
+            one="means",
+            others=(name,),
+            says=f"--{name.replace('_', '-')} is for logs: leave it out with --means",
+        )
+        for name in names
+    )

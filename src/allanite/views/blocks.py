@@ -44,7 +44,6 @@ __all__ = [
     "drawn",
     "equation",
     "figures_of",
-    "findings",
     "page_of",
     "pairs",
     "provenance",
@@ -375,14 +374,6 @@ def drawn(id_: str, obj: object, caption: str, words: str, **options: object) ->
     except InputError:
         return []
     return [Drawn(Figure.of(id_, sheet, caption, words))]
-
-
-def findings(document: Json) -> list[PageBlock]:
-    """What was found in the record; nothing where nobody looked."""
-    if "findings" not in document:
-        return []
-    known = [Finding.from_json(f) for f in document["findings"]]
-    return [Findings(known, document["recording"]["rate"])]
 
 
 def provenance(document: Json) -> Section:

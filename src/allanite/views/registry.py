@@ -102,6 +102,11 @@ VIEWS: Mapping[str, Analysis] = {
         "allanite.views.alignment",
         "allanite.commands.align:ALIGN",
     ),
+    "allanite-calibration-estimate": Analysis(
+        "allanite.experiments.calibration:CalibrationEstimate",
+        "allanite.views.calibration",
+        "allanite.commands.calibrate:CALIBRATE",
+    ),
     "allanite-rate-table": Analysis(
         "allanite.experiments.rate_table:RateTableEstimate",
         "allanite.views.rate_table",

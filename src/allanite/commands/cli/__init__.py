@@ -10,7 +10,6 @@ the commands, so that help is quick. One module for each family of commands; imp
 from allanite.commands.cli import declared
 from allanite.commands.cli import noise
 from allanite.commands.cli import files
-from allanite.commands.cli import calibration
 from allanite.commands.cli import recording
 from allanite.commands.cli import monitor
 from allanite.commands.cli import recovery
@@ -25,7 +24,6 @@ __all__ = [
     "ByChannel",
     "Duration",
     "Lags",
-    "calibration",
     "cli",
     "declared",
     "demo",

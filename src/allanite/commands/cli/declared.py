@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.commands.cli.options import log_options, place_of, with_options
-from allanite.commands.cli.positions import headed_files_of, position_option, single_log
+from allanite.commands.cli.positions import files_of, headed_files_of, position_option, single_log
 from allanite.commands.cli.program import command, example_of, family
 from allanite.commands.cli.results import Destination, output_option, results_in, style_options
 from allanite.commands.declaration import Command
@@ -145,7 +145,12 @@ def _subject(declared: Command, given: dict[str, Any]) -> str | tuple[str, ...]:
         return tuple(logs)
     if not given.pop("positions", False):
         return single_log(logs, declared.headed)
-    given["positions"] = headed_files_of(logs, declared.headed, needed=declared.headings_needed)
+    headed = declared.headings != "none"
+    given["positions"] = (
+        headed_files_of(logs, declared.headed, needed=declared.headings == "needed")
+        if headed
+        else files_of(logs)
+    )
     return str(next(iter(given["positions"])))
 
 

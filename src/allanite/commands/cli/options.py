@@ -21,7 +21,6 @@ from allanite.commands.option import (
     ACCEPT,
     CONFIDENCE,
     FLOOR,
-    MODEL_CHANNELS,
     READING,
     STATISTICS,
     Option,
@@ -48,6 +47,7 @@ __all__ = [
     "Lags",
     "Latitude",
     "Names",
+    "Numbers",
     "Rate",
     "Share",
     "accept_option",
@@ -58,7 +58,6 @@ __all__ = [
     "in_si",
     "json_option",
     "log_options",
-    "model_channels_option",
     "place_of",
     "print_json",
     "seed_option",
@@ -209,6 +208,27 @@ class Spans(Listed):
                 self.fail(f"{part!r}: write from:to, or one time", param, ctx)
             spans.append((ends[0], ends[-1]))
         return spans
+
+
+class Numbers(Listed):
+    """Whole numbers from 1, and pairs of them, with commas between: 7,12-13."""
+
+    name = "numbers"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int | tuple[int, int], ...]:
+        if isinstance(value, tuple):
+            return value
+        numbers: list[int | tuple[int, int]] = []
+        for word in str(value).split(","):
+            ends = [int(end) if end.strip().isdecimal() else 0 for end in word.split("-")]
+            if len(ends) > 2 or min(ends) < 1:
+                self.fail(
+                    f"{value!r} are no numbers of positions: write 7 or 7,12, and 7-8 for a turn", param, ctx
+                )
+            numbers.append((ends[0], ends[1]) if len(ends) == 2 else ends[0])
+        return tuple(numbers)
 
 
 class Durations(Listed):
@@ -503,11 +523,6 @@ def json_option(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option("--json", "as_json", is_flag=True, help="Print JSON only, on stdout.")(command)
 
 
-def model_channels_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Whose model is whose, where log and model use other names."""
-    return click_option(MODEL_CHANNELS)(command)
-
-
 # -- options that are declared ------------------------------------------------------------------------------
 
 _KINDS: dict[str, click.ParamType[Any]] = {
@@ -520,6 +535,7 @@ _KINDS: dict[str, click.ParamType[Any]] = {
     "recording": click.Path(exists=True),
     "study": click.Path(exists=True, dir_okay=False, allow_dash=True),
     "spans": Spans(),
+    "numbers": Numbers(),
     "goal": Goal(),
     "goals": Goals(),
     "initial": Initial(),

@@ -11,29 +11,12 @@ import click
 
 from allanite.commands.cli.options import Angle
 
-__all__ = ["files_of", "for_means", "headed_files_of", "position_option", "single_log"]
+__all__ = ["files_of", "headed_files_of", "position_option", "single_log"]
 
 
 def position_option(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """One file for each position; `what` is said of the files."""
     return click.option("--positions", is_flag=True, help=f"One LOG per position, {what}")
-
-
-def for_means(means: bool, options: dict[str, Any], **of_logs: Any) -> None:
-    """Options that the measurement of a log, or of a table of means, does not take are taken out of all.
-
-    Raises
-    ------
-    click.UsageError
-        They were given.
-    """
-    unfit = of_logs if means else {name: options[name] for name in ("averaging", "sd_of")}
-    for name, value in unfit.items():
-        if value:
-            reason = "is for logs: leave it out with --means" if means else "goes with --means"
-            raise click.UsageError(f"--{name.replace('_', '-')} {reason}")
-    for name in (*unfit, *(("positions", "accept") if means else ())):
-        options.pop(name, None)
 
 
 def single_log(logs: Sequence[str], example: str) -> str:

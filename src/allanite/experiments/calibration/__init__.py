@@ -10,7 +10,8 @@ under the noise models of the sensors.
 ``rows``          the same of positions that are kept as their means.
 ``adjustment``    the least squares, its weights, and what the residuals say.
 ``estimation``    calibrate.
-``outcome``, ``completion``, ``verdict``   what is said of it.
+``outcome``, ``completion``, ``questions``, ``agreement``   what comes of it.
+``results``, ``verdict``, ``checks``, ``words``   what is said of it.
 ``prediction``    the covariance before a single sample is taken.
 ``orientations``  positions in words.
 """
@@ -23,16 +24,30 @@ from allanite.experiments.calibration.results import (
     CalibrationPosition,
     CalibrationTurn,
     EarthSeen,
+    GyrosAstray,
     ObservationScatter,
+)
+from allanite.experiments.calibration.verdict import (
+    CalibrationNoise,
+    CalibrationRemark,
+    CalibrationVerdict,
+    ParameterNeed,
+    ParameterStatus,
 )
 
 __all__ = [
     "CalibrationEstimate",
+    "CalibrationNoise",
     "CalibrationParameter",
     "CalibrationPosition",
+    "CalibrationRemark",
     "CalibrationTurn",
+    "CalibrationVerdict",
     "EarthSeen",
+    "GyrosAstray",
     "ObservationScatter",
+    "ParameterNeed",
+    "ParameterStatus",
     "Prediction",
     "calibrate",
     "calibrate_means",

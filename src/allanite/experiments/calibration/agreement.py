@@ -23,7 +23,8 @@ from allanite.experiments.calibration.adjustment.design import Observed, State
 from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, solve
 from allanite.experiments.calibration.adjustment.turning import constant_rate_turns
 from allanite.experiments.calibration.adjustment.weights import DRIFT, Weights
-from allanite.quantities.residual_tests import ResidualTest
+from allanite.experiments.calibration.checks import CalibrationCheck
+from allanite.experiments.calibration.verdict import CalibrationCheckKind
 from allanite.recording.calibration import ACCELEROMETER
 
 __all__ = ["alone_and_together"]
@@ -39,7 +40,7 @@ TOLD, KNOWN = 0.05, 0.1
 ROUNDING = 1e-14
 
 
-def alone_and_together(fit: Adjustment) -> ResidualTest | None:
+def alone_and_together(fit: Adjustment) -> CalibrationCheck | None:
     """The check; None where the accelerometers alone determine nothing, or there are no gyros."""
     if len(fit.observed.triads) < 2 or ACCELEROMETER not in fit.rows:
         return None
@@ -59,15 +60,13 @@ def alone_and_together(fit: Adjustment) -> ResidualTest | None:
     chi2, dof = float(z @ z), len(z)
     p = _tail(chi2, dof, fit.scatter_dof(ACCELEROMETER))
     sds = np.abs(apart) / np.sqrt(np.maximum(np.diag(first), 1e-300))
-    worst = fit.observed.names[place][int(np.argmax(sds))].partition(".")[2].replace("_", " ")
-    return ResidualTest(
-        name="accelerometers alone",
+    return CalibrationCheck(
+        kind=CalibrationCheckKind.ALONE,
         statistic=_same_chance(p, dof),
         dof=dof,
         p=p,
         passed=p >= ALARM,
-        says="the accelerometers alone give other parameters than accelerometers and gyros together, most of all their "
-        f"{worst}: a rest that was none, axes that do not belong together, or clocks that differ",
+        parameter=fit.observed.names[place][int(np.argmax(sds))].partition(".")[2],
     )
 
 

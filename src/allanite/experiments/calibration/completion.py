@@ -19,6 +19,7 @@ from allanite.experiments.calibration.adjustment.design import Observed, State, 
 from allanite.experiments.calibration.adjustment.turning import constant_rate_turns
 from allanite.experiments.calibration.adjustment.weights import TURNS
 from allanite.experiments.calibration.orientations import ORIENTATIONS, words_of
+from allanite.experiments.calibration.verdict import ParameterNeed
 from allanite.quantities.attitude import rotation
 from allanite.recording.calibration import ACCELEROMETER, GYRO
 
@@ -32,16 +33,6 @@ MOST = 8
 ENOUGH = 0.2
 #: Time of a planned turn [s] where the record has none.
 TURN_TIME = 2.0
-#: Said where no position helps.
-NO_GRAVITY = (
-    "gyros alone see nothing of their scale factors and misalignments: record the accelerometers too, or use a rate "
-    "table"
-)
-#: Said where positions were recorded without the turns between them.
-NO_TURNS = (
-    "no turn between the positions was recorded, and only turns show scale factors and misalignments of gyros: let one "
-    "log run on while the unit is turned from position to position, or use a rate table"
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,14 +44,13 @@ class Completion:
     add : tuple of str
         In words, in their order.
     by_name : dict of str to tuple of str
+    needs : dict of str to ParameterNeed
+        Of parameters that no position helps.
     """
 
     add: tuple[str, ...] = ()
     by_name: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-
-    def of(self, name: str) -> tuple[str, ...]:
-        """For one parameter."""
-        return self.by_name.get(name, ())
+    needs: Mapping[str, ParameterNeed] = field(default_factory=dict)
 
 
 def complete(fit: Adjustment) -> Completion:
@@ -68,11 +58,12 @@ def complete(fit: Adjustment) -> Completion:
     names = fit.observed.names
     waiting = {n for n, o in zip(names, (fit.solution.open**2).sum(axis=1), strict=True) if o > OPEN}
     if ACCELEROMETER not in fit.rows:
-        return Completion(by_name=dict.fromkeys(waiting, (NO_GRAVITY,)))
+        return Completion(needs=dict.fromkeys(waiting, ParameterNeed.FORCE))
     by_name: dict[str, tuple[str, ...]] = {}
+    needs: dict[str, ParameterNeed] = {}
     if GYRO in fit.rows and not _linked(fit):
-        by_name = {name: (NO_TURNS,) for name in waiting if name.startswith(GYRO)}
-        waiting -= set(by_name)
+        needs = {name: ParameterNeed.TURNS for name in waiting if name.startswith(GYRO)}
+        waiting -= set(needs)
     known = _Known.of(fit)
     there = {words_of(-attitude[2]) for attitude in fit.solution.state.attitudes}
     added: list[str] = []
@@ -87,7 +78,7 @@ def complete(fit: Adjustment) -> Completion:
         waiting -= cured
         if not waiting:
             break
-    return Completion(add=tuple(added), by_name=by_name)
+    return Completion(add=tuple(added), by_name=by_name, needs=needs)
 
 
 def _linked(fit: Adjustment) -> bool:

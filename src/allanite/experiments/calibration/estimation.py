@@ -13,12 +13,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from allanite.errors import DataQualityError, InputError
+from allanite.experiments.calibration import words
 from allanite.experiments.calibration.adjustment import adjust
 from allanite.experiments.calibration.gathering import Gathered, gather
 from allanite.experiments.calibration.outcome import Circumstances, outcome
 from allanite.experiments.calibration.problem import problem_of
-from allanite.experiments.calibration.results import CalibrationEstimate
-from allanite.experiments.calibration.rows import BETWEEN, SOURCES, gather_rows, noise_source, row_edges
+from allanite.experiments.calibration.results import CalibrationEstimate, GravitySource
+from allanite.experiments.calibration.rows import BETWEEN, gather_rows, noise_source, row_edges
+from allanite.experiments.calibration.verdict import CalibrationNoise
+from allanite.experiments.reversals import PositionsApart
 from allanite.experiments.static_spans import (
     PositionMeans,
     StaticSpans,
@@ -147,13 +150,13 @@ def calibrate(
         _gravity(gravity, latitude, height),
         quadratic=quadratic,
         spans=static_spans.array,
-        remarks=static_spans.findings,
+        static_spans=static_spans,
         frame=frame,
         latitude=latitude,
         reference_temperature=reference_temperature,
         stated=stated,
         spans_source="found" if spans is None else "given",
-        model_source="this record" if models is None else "given",
+        model_source=CalibrationNoise.RECORD if models is None else CalibrationNoise.GIVEN,
         confidence=confidence,
         date=_date(recording),
         duration=recording.duration,
@@ -219,27 +222,29 @@ confidence, progress
     data = gather_rows(
         means, axes, models=models, source=source, temperature=heat, without=without, between=between
     )
+    scattered = source is CalibrationNoise.SCATTER
     estimate = _fitted(
         data,
         rows,
-        {"sure": True, "drift": False, "noise_known": source != "scatter"},
+        {"sure": True, "drift": False, "noise_known": not scattered},
         advance,
         _gravity(gravity, latitude, height),
         quadratic=quadratic,
         spans=row_edges(means, between),
-        remarks=means.said_of_sd(used=source == "sd"),
+        sd_columns=means.sd_columns if source is CalibrationNoise.TABLE else None,
+        apart=_apart(means, source, between),
         frame=frame,
         latitude=latitude,
         reference_temperature=reference_temperature,
         stated=stated,
         spans_source="rows of means",
-        model_source=SOURCES[source],
+        model_source=source,
         confidence=confidence,
         date="",
         duration=math.nan,
         source=rows.source,
     )
-    return _as_the_table_tells(estimate, means, between)
+    return _as_the_table_tells(estimate, means)
 
 
 def _fitted(
@@ -247,7 +252,7 @@ def _fitted(
     recording: Recording,
     how: Mapping[str, bool],
     advance: Progress,
-    gravity: tuple[float, str],
+    gravity: tuple[float, GravitySource],
     *,
     quadratic: bool,
     **about: Any,
@@ -258,7 +263,10 @@ def _fitted(
     problem = problem_of(data, recording, g, about["frame"], quadratic, about["reference_temperature"])
     fit = adjust(problem.observed, problem.weights, problem.start, about["latitude"], **how)
     if not fit.solution.converged:
-        raise DataQualityError(problem.astray or _UNSETTLED)
+        astray = problem.astray
+        raise DataQualityError(
+            _UNSETTLED if astray is None else words.astray(astray.miss, astray.order, astray.turned)
+        )
     advance(0.9, "judging")
     units = {s: _unit(recording, three) for s, three in data.axes.items()}
     return outcome(
@@ -266,26 +274,26 @@ def _fitted(
     )
 
 
-def _as_the_table_tells(
-    estimate: CalibrationEstimate, means: PositionMeans, between: float
-) -> CalibrationEstimate:
-    """Without the times that a table does not hold, and the models that nobody gave."""
-    if estimate.model_source == SOURCES["scatter"]:
-        of = (f"{s.what}: {s.sd_dof:.3g} degrees of freedom" for s in estimate.scatter if s.sd > 0)
-        remark = (
-            f"nothing but the scatter of the positions tells their noise ({', '.join(of)}); intervals are by Student's "
-            "law"
-        )
-        scatter = tuple(replace(s, ratio=math.nan) for s in estimate.scatter)
-        estimate = replace(estimate, remarks=(*estimate.remarks, remark), scatter=scatter)
-    if estimate.model_source == "given" and means.start is None:
-        remark = (
-            f"the rows do not say when they were taken: {between:g} s are assumed between them (--between)"
-        )
-        estimate = replace(estimate, remarks=(*estimate.remarks, remark))
-    bare = replace(
-        estimate, rate=math.nan, models=estimate.models if estimate.model_source == "given" else {}
+def _apart(means: PositionMeans, source: CalibrationNoise, between: float) -> PositionsApart | None:
+    """What a model takes from the table: the time between rows, in place of their standard deviations."""
+    given = source is CalibrationNoise.GIVEN
+    timed = means.start is not None
+    if not given or (timed and not means.sd):
+        return None
+    return PositionsApart(
+        rows=True,
+        count=1 if timed else 2,
+        assumed=None if timed else between,
+        sd_ignored=bool(means.sd),
     )
+
+
+def _as_the_table_tells(estimate: CalibrationEstimate, means: PositionMeans) -> CalibrationEstimate:
+    """Without the times that a table does not hold, and the models that nobody gave."""
+    given = estimate.model_source is CalibrationNoise.GIVEN
+    bare = replace(estimate, rate=math.nan, models=estimate.models if given else {})
+    if estimate.model_source is CalibrationNoise.SCATTER:
+        bare = replace(bare, scatter=tuple(replace(s, ratio=math.nan) for s in estimate.scatter))
     if means.start is not None and means.duration is not None:
         return bare
     return replace(
@@ -328,7 +336,7 @@ def _temperature(recording: Recording, name: str | None, reference: float | None
     return channel_names[0] if len(channel_names) == 1 else None
 
 
-def _gravity(gravity: float | None, latitude: float | None, height: float) -> tuple[float, str]:
+def _gravity(gravity: float | None, latitude: float | None, height: float) -> tuple[float, GravitySource]:
     if gravity is not None:
         return gravity, "given"
     if latitude is not None:

@@ -4,15 +4,20 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.recording.calibration import AXES
 
-__all__ = ["ORIENTATIONS", "words_of"]
+__all__ = ["ORIENTATIONS", "half_axes_away", "words_of"]
 
 Array = NDArray[np.float64]
+
+#: A position covers half an axis within 60 deg of it: cosine.
+NEAR = 0.5
+HALF_AXES = tuple(f"{axis} {way}" for axis in AXES for way in ("up", "down"))
 
 
 def _all() -> dict[str, tuple[int, ...]]:
@@ -44,3 +49,17 @@ def words_of(up: ArrayLike) -> str:
         The direction that points up, in the axes of the body.
     """
     return list(ORIENTATIONS)[int(np.argmax(_DIRECTIONS @ np.asarray(up, dtype=np.float64)))]
+
+
+def half_axes_away(ups: ArrayLike, among: Sequence[str] = HALF_AXES) -> tuple[str, ...]:
+    """Half axes of the body, "x up", that none of these directions comes near.
+
+    Parameters
+    ----------
+    ups : array_like, shape (n, 3)
+        Unit vectors that point up, in the axes of the body.
+    among : sequence of str
+        Those that are asked for.
+    """
+    directions = np.asarray(ups, dtype=np.float64).reshape(-1, 3)
+    return tuple(half for half in among if not (directions @ np.array(ORIENTATIONS[half]) >= NEAR).any())

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,20 +17,25 @@ from allanite.experiments.calibration.adjustment.weights import DRIFT, TURNS
 from allanite.experiments.calibration.agreement import alone_and_together
 from allanite.experiments.calibration.completion import Completion, complete
 from allanite.experiments.calibration.gathering import Gathered
-from allanite.experiments.calibration.orientations import ORIENTATIONS, words_of
+from allanite.experiments.calibration.orientations import ORIENTATIONS, half_axes_away, words_of
 from allanite.experiments.calibration.problem import CalibrationProblem
+from allanite.experiments.calibration.questions import checks_of
 from allanite.experiments.calibration.results import (
     CalibrationEstimate,
     CalibrationParameter,
     CalibrationPosition,
     CalibrationTurn,
+    GravitySource,
     ObservationScatter,
+    SpansSource,
+    uncovered,
 )
-from allanite.experiments.calibration.rows import SOURCES
-from allanite.experiments.calibration.verdict import MORE_POSITIONS, WHAT, checks_of, judge
+from allanite.experiments.calibration.verdict import CalibrationNoise, ParameterNeed, ParameterStatus
+from allanite.experiments.reversals import PositionsApart
+from allanite.experiments.static_spans import SdColumns, StaticSpans
 from allanite.quantities.attitude import rotation_vector
 from allanite.quantities.distributions import normal_quantile, student_quantile
-from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration, Frame
+from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration, Frame
 
 __all__ = ["Circumstances", "outcome"]
 
@@ -40,9 +45,8 @@ Index = NDArray[np.int64]
 #: Probability with which nothing at all is called an outlier in a sound record.
 SOUND = 0.999
 
-#: A position covers half an axis within 60 deg of it: cosine.
-NEAR = 0.5
-_WAYS = (("up", 1.0), ("down", -1.0))
+#: Kinds of observations in words.
+_WHAT = {ACCELEROMETER: "accelerometers at rest", GYRO: "gyros at rest", TURNS: "turns"}
 _UNITS = {ACCELEROMETER: "m/s²", GYRO: "rad/s", TURNS: "rad"}
 
 
@@ -54,15 +58,17 @@ class Circumstances:
     problem: CalibrationProblem = field(repr=False)
     units: Mapping[str, str]
     spans: Index
-    remarks: tuple[str, ...]
+    static_spans: StaticSpans | None = None
+    sd_columns: SdColumns | None = None
+    apart: PositionsApart | None = None
     frame: Frame
     gravity: float
-    gravity_source: str
+    gravity_source: GravitySource
     latitude: float | None
     reference_temperature: float | None
     stated: Mapping[str, float]
-    spans_source: str
-    model_source: str
+    spans_source: SpansSource
+    model_source: CalibrationNoise
     confidence: float
     date: str
     duration: float
@@ -78,23 +84,21 @@ def outcome(about: Circumstances, fit: Adjustment) -> CalibrationEstimate:
     limit = (1 - SOUND) / (fit.observed.n + fit.observed.m)
     positions = _positions(about, fit, limit)
     turns = _turns(about, fit, limit)
-    missing = _uncovered(positions)
-    checks = checks_of(fit, expected=about.data.in_hand or about.model_source == SOURCES["scatter"])
+    missing = uncovered(positions)
+    expected = about.data.in_hand or about.model_source is CalibrationNoise.SCATTER
     agreement = None if about.problem.astray else alone_and_together(fit)
-    if agreement is not None:
-        checks = (*checks, agreement)
     result = CalibrationEstimate(
         calibration=calibration,
         parameters=_not_resolved(_parameters(about, fit, calibration, opened, completion), missing),
-        verdict="",
-        reason="",
-        add=(*completion.add, *_beside(missing, completion.add)),
-        remarks=_remarks(about, fit),
-        checks=checks,
+        add=(*completion.add, *half_axes_away(_directions(completion.add), missing)),
+        checks=(*checks_of(fit, expected=expected), *([] if agreement is None else [agreement])),
         scatter=_scatter(fit),
         positions=positions,
         turns=turns,
         earth=fit.earth,
+        astray=about.problem.astray,
+        follows_gravity=_effect_of_gravity(about, fit),
+        in_hand=about.data.in_hand,
         gravity=about.gravity,
         gravity_source=about.gravity_source,
         latitude=about.latitude,
@@ -103,12 +107,15 @@ def outcome(about: Circumstances, fit: Adjustment) -> CalibrationEstimate:
         models=about.data.models,
         model_source=about.model_source,
         spans_source=about.spans_source,
+        static_spans=about.static_spans,
+        sd_columns=about.sd_columns,
+        apart=about.apart,
         confidence=about.confidence,
         rate=about.data.rate,
         duration=about.duration,
         source=about.source,
     )
-    return judge(result, astray=about.problem.astray, missing=missing)
+    return replace(result, verdict=result.judged()[0])
 
 
 # -- parameters -------------------------------------------------------------------------------------------
@@ -162,14 +169,16 @@ def _parameters(
     believed = normal * plausible_of(calibration.names) * _sizes_of(calibration.names, about.problem.gains)
     for k, name in enumerate(calibration.names):
         value, sd = calibration[name]
-        dof, status = float(fit.dof[k]), calibration.status[k]
+        dof, status = float(fit.dof[k]), ParameterStatus(calibration.status[k])
         half = normal * sd
         if math.isfinite(dof):
             half = sd * min(student_quantile(0.5 + about.confidence / 2, dof), normal * float(wide[k]))
         if half > believed[k] > 0:  # the record says no more than what is known of any unit
             half = float(believed[k])
-            status = "not resolved" if status == "estimated" else status
-        advice = {"assumed": completion.of(name), "not resolved": (MORE_POSITIONS,)}.get(status, ())
+            status = ParameterStatus.NOT_RESOLVED if status is ParameterStatus.ESTIMATED else status
+        need = (
+            ParameterNeed.POSITIONS if status is ParameterStatus.NOT_RESOLVED else completion.needs.get(name)
+        )
         out.append(
             CalibrationParameter(
                 name=name,
@@ -180,26 +189,17 @@ def _parameters(
                 status=status,
                 open=float(min(opened[k], 1.0)),
                 dof=dof,
-                advice=advice,
+                add=completion.by_name.get(name, ()) if status is ParameterStatus.ASSUMED else (),
+                need=None if status is ParameterStatus.ESTIMATED else need,
             )
         )
     return tuple(out)
 
 
-def _uncovered(positions: tuple[CalibrationPosition, ...]) -> tuple[str, ...]:
-    """Half axes of the body that no used position comes near with gravity, in words; none without accelerometers."""
-    ups = np.array([p.up for p in positions if p.used and p.words])
-    if not len(ups):
-        return ()
-    words = [(f"{axis} {way}", sign * ups[:, k]) for k, axis in enumerate(AXES) for way, sign in _WAYS]
-    return tuple(half_axis for half_axis, along in words if not (along >= NEAR).any())
-
-
-def _beside(missing: tuple[str, ...], added: tuple[str, ...]) -> tuple[str, ...]:
-    """Half axes that no added position covers either."""
-    ups = np.array([ORIENTATIONS[words] for words in added], dtype=np.float64).reshape(-1, 3)
-    ups /= np.linalg.norm(ups, axis=1, keepdims=True)
-    return tuple(words for words in missing if not (ups @ np.array(ORIENTATIONS[words]) >= NEAR).any())
+def _directions(positions: Sequence[str]) -> Array:
+    """Unit vectors that point up in positions, shape (n, 3)."""
+    ups = np.array([ORIENTATIONS[words] for words in positions], dtype=np.float64).reshape(-1, 3)
+    return np.asarray(ups / np.linalg.norm(ups, axis=1, keepdims=True))
 
 
 def _not_resolved(
@@ -212,8 +212,8 @@ def _not_resolved(
             name = f"{ACCELEROMETER}.{kind}_{words[0]}"
             asked[name] = (*asked.get(name, ()), words)
     return tuple(
-        replace(p, status="not resolved", advice=asked[p.name])
-        if p.name in asked and p.status == "estimated"
+        replace(p, status=ParameterStatus.NOT_RESOLVED, add=asked[p.name])
+        if p.name in asked and p.status is ParameterStatus.ESTIMATED
         else p
         for p in parameters
     )
@@ -400,7 +400,7 @@ def _turns(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Calibra
 def _scatter(fit: Adjustment) -> tuple[ObservationScatter, ...]:
     return tuple(
         ObservationScatter(
-            what=WHAT[name],
+            what=_WHAT[name],
             unit=_UNITS[name],
             ratio=group.ratio,
             chi2=group.chi2,
@@ -414,49 +414,12 @@ def _scatter(fit: Adjustment) -> tuple[ObservationScatter, ...]:
     )
 
 
-def _remarks(about: Circumstances, fit: Adjustment) -> tuple[str, ...]:
-    out = list(about.remarks)
-    if about.data.in_hand:
-        out.append(
-            "the unit was held in the hand: turns go from the mean attitude of one rest to the next, and what the "
-            "hand does to the means is in the intervals"
-        )
-    if ACCELEROMETER in fit.rows and about.gravity_source == "standard":
-        out.append(
-            f"gravity was taken as {about.gravity:g} m/s²: on the ground it differs by up to 0.3 % from place to "
-            "place, and the scale factors of the accelerometers with it; give the latitude and the height, or gravity "
-            "itself"
-        )
-    if GYRO in fit.rows and about.latitude is None and ACCELEROMETER in fit.rows:
-        out.append(
-            "without a latitude the direction of the Earth's rotation is open, and the biases of the gyros contain it "
-            "as an uncertainty of up to 15 deg/h"
-        )
-    if GYRO in fit.rows and fit.earth is None and fit.observed.m == 0 and fit.observed.n > 1:
-        out.append(
-            "no turn tells how the positions were headed, and the gyros do not see the Earth's rotation well enough to "
-            "tell it: what is not known of that rotation is in the intervals of their biases"
-        )
-    if fit.observed.triads[-1].follows_gravity:
-        first = fit.observed.names.index(SENSITIVITY[0])
-        largest = float(np.abs(fit.solution.state.values[first:]).max()) * about.gravity
-        out.append(
-            f"the biases of the gyros follow gravity, by up to {math.degrees(largest):.3g} deg/s for 1 g; this was "
-            "fitted too, and is part of the calibration"
-        )
-    numbers = about.data.numbers
-    for why in dict.fromkeys(about.data.dropped.values()):
-        turns = [
-            f"{numbers[i]} to {numbers[j]}" for (i, j), reason in about.data.dropped.items() if reason == why
-        ]
-        which = (
-            f"turn {', '.join(turns)}" if len(turns) < len(numbers) - 1 or len(turns) == 1 else "all turns"
-        )
-        out.append(f"{which}: not used, {why}")
-    for why in dict.fromkeys(about.data.unused.values()):
-        positions = [str(n) for n, reason in about.data.unused.items() if reason == why]
-        out.append(f"position {', '.join(positions)}: not used, {why}")
-    return tuple(out)
+def _effect_of_gravity(about: Circumstances, fit: Adjustment) -> float | None:
+    """The largest part of a gyro's bias for 1 g [rad/s]; None where gravity was not looked for in them."""
+    if not fit.observed.triads[-1].follows_gravity:
+        return None
+    first = fit.observed.names.index(SENSITIVITY[0])
+    return float(np.abs(fit.solution.state.values[first:]).max()) * about.gravity
 
 
 def _range(values: Array | None) -> tuple[float, float] | None:

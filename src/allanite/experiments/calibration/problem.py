@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,8 +14,8 @@ from allanite.experiments.calibration.adjustment.design import Observed, State, 
 from allanite.experiments.calibration.adjustment.turning import TurningSamples, constant_rate_turns
 from allanite.experiments.calibration.adjustment.weights import Weights, weights_of
 from allanite.experiments.calibration.gathering import Gathered
+from allanite.experiments.calibration.results import GyrosAstray
 from allanite.experiments.calibration.starting import (
-    Arrangement,
     attitudes_of,
     best_arrangement,
     disagreement,
@@ -24,7 +23,6 @@ from allanite.experiments.calibration.starting import (
     sphere,
 )
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Frame
-from allanite.recording.channel_names import for_shell
 from allanite.recording.records import Kind, Recording
 
 __all__ = ["CalibrationProblem", "problem_of"]
@@ -42,7 +40,7 @@ ASTRAY = 0.35
 class CalibrationProblem:
     """Observations over their nominal scale factors, and where to start.
 
-    `astray` says that the gyros do not go with the accelerometers; `gains` are y per SI unit, one for each triad;
+    `astray` is there where the gyros do not go with the accelerometers; `gains` are y per SI unit, one for each triad;
     `offsets` nominal biases in y, removed before.
     """
 
@@ -51,7 +49,7 @@ class CalibrationProblem:
     start: State
     gains: dict[str, float]
     offsets: dict[str, Array]
-    astray: str
+    astray: GyrosAstray | None
 
 
 def problem_of(
@@ -72,7 +70,7 @@ def problem_of(
         offsets[ACCELEROMETER], gains[ACCELEROMETER] = _accelerometers(data, gravity, si)
         force = data.means[ACCELEROMETER] - offsets[ACCELEROMETER]
         down = -force / np.linalg.norm(force, axis=1, keepdims=True)
-    astray = ""
+    astray = None
     motion = None
     if GYRO in data.axes:
         si = recording[data.axes[GYRO][0]].kind is Kind.RATE
@@ -169,34 +167,23 @@ def _scaled_motion(
     return replace(motion, y=(motion.y - offsets[GYRO]) / gains[GYRO], warmer=warmer, force=force)
 
 
-def _astray(data: Gathered, motion: TurningSamples | None, bias: Array, down: Array | None) -> str:
+def _astray(
+    data: Gathered, motion: TurningSamples | None, bias: Array, down: Array | None
+) -> GyrosAstray | None:
     """Gyros in another order, with other signs or in another unit than the accelerometers."""
     if motion is None or down is None:
-        return ""
+        return None
     miss = disagreement(motion, bias, down, data.before, data.after)
     if miss < ASTRAY:
-        return ""
+        return None
     best = best_arrangement(motion, bias, down, data.before, data.after)
-    text = (
-        f"the turns by the gyros miss those of gravity by {math.degrees(miss):.0f} deg: the axes of the gyros do not "
-        "go with those of the accelerometers, or their unit is wrong"
-    )
-    if best is not None and best.miss < ASTRAY / 3:
-        text += f"; {_fits(best, data.axes[GYRO])}"
-    return text
-
-
-def _fits(best: Arrangement, names: tuple[str, ...]) -> str:
-    """What would make the gyros go with the accelerometers."""
-    suggestion = f"they go together with --gyro {for_shell(','.join(names[i] for i in best.order))}"
-    if best.order == (0, 1, 2):
-        suggestion = "they go together"
-    if not best.turned:
-        return suggestion
-    turned = ", ".join(names[i] for i in sorted(best.turned))
-    return (
-        f"{suggestion} when the sign of {turned} is turned; if the axes of the accelerometers are left-handed, turn "
-        "one of these instead"
+    if best is None or best.miss >= ASTRAY / 3:
+        return GyrosAstray(miss=miss)
+    names, same = data.axes[GYRO], best.order == (0, 1, 2)
+    return GyrosAstray(
+        miss=miss,
+        order=() if same else tuple(names[i] for i in best.order),
+        turned=tuple(names[i] for i in sorted(best.turned)),
     )
 
 

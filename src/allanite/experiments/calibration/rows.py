@@ -14,28 +14,23 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
 from allanite.experiments.calibration.gathering import Gathered, unused_of
+from allanite.experiments.calibration.verdict import CalibrationNoise
 from allanite.experiments.static_spans import PositionMeans
 from allanite.noise import NoiseModel, White
 from allanite.recording.calibration import GYRO
 
-__all__ = ["BETWEEN", "SOURCES", "gather_rows", "noise_source", "row_edges"]
+__all__ = ["BETWEEN", "gather_rows", "noise_source", "row_edges"]
 
 Array = NDArray[np.float64]
 
-#: What tells the noise of rows of means.
-SOURCES = {
-    "model": "given",
-    "sd": "standard deviations of the table",
-    "scatter": "scatter of the positions",
-}
 #: Resolution of time in rows [s], and the time from row to row where none is told.
 GRID, BETWEEN = 1e-3, 60.0
 
 
 def noise_source(
     means: PositionMeans, axes: Mapping[str, tuple[str, ...]], models: Mapping[str, NoiseModel] | None
-) -> str:
-    """Key of `SOURCES`: the same for all triads.
+) -> CalibrationNoise:
+    """What tells the noise: the same for all triads.
 
     Raises
     ------
@@ -48,7 +43,7 @@ def noise_source(
                 "a noise model gives the noise of a mean by the time over which it was taken: say it with --averaging "
                 "60s, or in a column duration"
             )
-        return "model"
+        return CalibrationNoise.GIVEN
     sensors_with_sd = [sensor for sensor, three in axes.items() if means.sds(three) is not None]
     if sensors_with_sd and len(sensors_with_sd) < len(axes):
         lacking = ", ".join(sensor for sensor in axes if sensor not in sensors_with_sd)
@@ -56,7 +51,7 @@ def noise_source(
             f"the table has standard deviations of the {sensors_with_sd[0]}, and none of the {lacking}: give both, "
             "or leave one triad out (--channels)"
         )
-    return "sd" if sensors_with_sd else "scatter"
+    return CalibrationNoise.TABLE if sensors_with_sd else CalibrationNoise.SCATTER
 
 
 def gather_rows(
@@ -64,7 +59,7 @@ def gather_rows(
     axes: Mapping[str, tuple[str, ...]],
     *,
     models: Mapping[str, NoiseModel] | None,
-    source: str,
+    source: CalibrationNoise,
     temperature: str | None,
     without: Collection[int | tuple[int, int]],
     between: float = BETWEEN,
@@ -112,7 +107,7 @@ def gather_rows(
         models=dict(
             models or {name: NoiseModel.of(White(N=0.0)) for three in axes.values() for name in three}
         ),
-        given=source == "model",
+        given=source is CalibrationNoise.GIVEN,
         sampling=dict.fromkeys(axes, "mean"),
         rate=1 / GRID,
         n_samples=int(edges[-1, 1]),
@@ -133,9 +128,11 @@ def _times(means: PositionMeans, between: float) -> tuple[Array, Array]:
     return np.concatenate([[0.0], np.cumsum(duration + between)[:-1]]), duration
 
 
-def _variances(means: PositionMeans, three: tuple[str, ...], place: NDArray[np.int64], source: str) -> Array:
+def _variances(
+    means: PositionMeans, three: tuple[str, ...], place: NDArray[np.int64], source: CalibrationNoise
+) -> Array:
     """Covariance of the means besides that of a model, shape (3, n, n): of the table, and of its digits."""
-    sds = means.sds(three) if source == "sd" else None
+    sds = means.sds(three) if source is CalibrationNoise.TABLE else None
     out = np.zeros((3, len(place), len(place)))
     for axis, name in enumerate(three):
         stated = np.zeros(len(place)) if sds is None else sds[place, axis] ** 2

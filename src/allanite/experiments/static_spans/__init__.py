@@ -17,7 +17,7 @@ from allanite.experiments.static_spans.choice import find_rests, held_by_hand
 from allanite.experiments.static_spans.detection import find_static_spans
 from allanite.experiments.static_spans.given import given_spans, read_spans
 from allanite.experiments.static_spans.hand import find_held_spans
-from allanite.experiments.static_spans.means import PositionMeans, SdOf, means_of
+from allanite.experiments.static_spans.means import PositionMeans, SdColumns, SdOf, means_of
 from allanite.experiments.static_spans.results import WHY, Level, MovingSpan, StaticSpan, StaticSpans
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "Level",
     "MovingSpan",
     "PositionMeans",
+    "SdColumns",
     "SdOf",
     "StaticSpan",
     "StaticSpans",

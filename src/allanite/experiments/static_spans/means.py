@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.plain_files.limits import refuse_more
+from allanite.quantities.result import Result
 from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.position_rows import MOST
 from allanite.recording.records import Channel, Kind, Recording
 
-__all__ = ["PositionMeans", "SdOf", "means_of"]
+__all__ = ["PositionMeans", "SdColumns", "SdOf", "means_of"]
 
 Array = NDArray[np.float64]
 SdOf = Literal["readings", "means"]
@@ -54,6 +55,33 @@ _DIGITS = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SdColumns(Result):
+    """How standard deviations in a table of means were understood.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of their columns.
+    count : str
+        Column of the number of readings, where they are of readings; "" where they are of means.
+    """
+
+    names: tuple[str, ...]
+    count: str = ""
+
+    @property
+    def says(self) -> str:
+        """The same in a sentence."""
+        taken = f"columns {', '.join(self.names)} are taken for standard deviations of the"
+        if not self.count:
+            return f"{taken} means"
+        return (
+            f"{taken} readings, and divided by the root of their number ({self.count}), as of white noise; slow noise "
+            "is seen in the scatter of the positions alone"
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class PositionMeans:
     """Means of the readings in static positions.
 
@@ -67,8 +95,8 @@ class PositionMeans:
     start, duration : ndarray, shape (n,), or None [s]
         When each position began, and over which time it was averaged.
     heading : ndarray, shape (n,), or None [rad]
-    remarks : tuple of str
-        How columns were understood.
+    sd_columns : SdColumns or None
+        Of which that is.
     """
 
     rows: Recording = field(repr=False)
@@ -76,7 +104,7 @@ class PositionMeans:
     start: Array | None = None
     duration: Array | None = None
     heading: Array | None = None
-    remarks: tuple[str, ...] = ()
+    sd_columns: SdColumns | None = None
 
     @property
     def n(self) -> int:
@@ -96,12 +124,6 @@ class PositionMeans:
             if np.allclose(np.round(known, digits), known, rtol=0, atol=1e-14 * size):
                 break
         return (max(10.0**-digits, 1e-9 * size) * channel.scale) ** 2 / 12
-
-    def said_of_sd(self, *, used: bool) -> tuple[str, ...]:
-        """How the columns of standard deviations were understood, or that they were not needed."""
-        if not self.sd or used:
-            return self.remarks
-        return ("the noise is that of the model: standard deviations in the table are not used",)
 
     def sds(self, names: Iterable[str]) -> Array | None:
         """Standard uncertainties of the means of a triad, shape (n, 3); None where the table has none.
@@ -157,7 +179,7 @@ def means_of(
     rest = [name for name in recording.names if name not in column_names.values()]
     pairs = _deviations(rest)
     rows = recording.select(*(name for name in rest if name not in pairs))
-    sd, remarks = _uncertainties(recording, pairs, column_names.get("count"), sd_of)
+    sd, sd_columns = _uncertainties(recording, pairs, column_names.get("count"), sd_of)
     start = _column(recording, column_names, "start")
     duration = _column(recording, column_names, "duration")
     if duration is None and start is not None and "stop" in column_names:
@@ -177,7 +199,7 @@ def means_of(
         start=start,
         duration=duration,
         heading=_column(recording, column_names, "heading"),
-        remarks=remarks,
+        sd_columns=sd_columns,
     )
 
 
@@ -226,10 +248,10 @@ def _deviations(names: Iterable[str]) -> dict[str, tuple[str, str]]:
 
 def _uncertainties(
     recording: Recording, pairs: Mapping[str, tuple[str, str]], count: str | None, sd_of: SdOf | None
-) -> tuple[dict[str, Array], tuple[str, ...]]:
+) -> tuple[dict[str, Array], SdColumns | None]:
     """Of the means, and how the columns were understood."""
     if not pairs:
-        return {}, ()
+        return {}, None
     meanings = {sd_of or _MARKS[mark] for _, mark in pairs.values()}
     names = ", ".join(pairs)
     if len(meanings) > 1:
@@ -241,23 +263,18 @@ def _uncertainties(
             "readings need a column with their number (n)"
         )
     root: Array | float = 1.0
-    words = f"columns {names} are taken for standard deviations of the means"
     if not of_means and count is not None:
         numbers = recording.values(count)
         if not (np.isfinite(numbers).all() and (numbers >= 1).all()):
             raise InputError(f"column {count}: every row needs the number of its readings")
         root = np.sqrt(numbers)
-        words = (
-            f"columns {names} are taken for standard deviations of the readings, and divided by the root of their "
-            f"number ({count}), as of white noise; slow noise is seen in the scatter of the positions alone"
-        )
     uncertainties = {}
     for name, (of, _) in pairs.items():
         sd = np.asarray(recording.values(name) * _scale(recording[name], recording[of]) / root)
         if not (np.isfinite(sd).all() and (sd > 0).all()):
             raise InputError(f"column {name}: standard deviations must be positive numbers in every row")
         uncertainties[of] = sd
-    return uncertainties, (words,)
+    return uncertainties, SdColumns(names=tuple(pairs), count="" if of_means or count is None else count)
 
 
 def _scale(channel: Channel, of: Channel) -> float:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from allanite.experiments.aided_readings import AidedTake
     from allanite.experiments.alignment import AlignmentEstimate
+    from allanite.experiments.calibration import CalibrationEstimate
     from allanite.experiments.dead_reckoning import DeadReckoning
     from allanite.experiments.north import NorthEstimate
     from allanite.experiments.position_planning import PositionPlan
@@ -75,7 +76,8 @@ def plot(
         ("whole", "length", "means", "record") and `recording`, which the record needs. Filtered: `view`
         ("whole", "series", "drift", "terms", "whiteness"). NorthEstimate: `view` ("whole", "compass", "running").
         AlignmentEstimate: `view` ("whole", "compass", "convergence", "residuals").
-        CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation").
+        CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation", "log") and
+        `recording`, which the log needs.
         DatasheetJudgement: `view` ("whole", "curves", "ratio"). Bounds: `view` ("whole", "curves", "inflation").
         Difference: `view` ("whole", "curves", "drift").
         Selection: `view` ("whole", "weights", "curves") and `channels`.
@@ -328,29 +330,30 @@ def _rate_vector(result: Any, *, view: str = "whole", recording: Any = None) -> 
 
 
 def _static(result: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+    from allanite.experiments.static_spans import StaticSpans
     from allanite.views.figures import static
 
     _known_view(view, static.VIEWS, "static spans")
-    document = static.document_of(result, recording)
+    spans: StaticSpans = StaticSpans.from_json(result) if isinstance(result, Mapping) else result
     parts: Parts = {
-        "level": lambda: static.level_panels(document),
-        "record": lambda: static.record_panels(document),
+        "level": lambda: static.level_panels(spans),
+        "record": lambda: static.record_panels(spans, static.overviews_of(spans, recording)),
     }
     return _in_view(
         parts, view, "nothing to draw of these static spans: give the record of them with recording="
     )
 
 
-def _calibration(estimate: Any, *, view: str = "whole") -> Sheet:
+def _calibration(result: CalibrationEstimate, *, view: str = "whole", recording: Any = None) -> Sheet:
     from allanite.views.figures import calibration
 
     _known_view(view, calibration.VIEWS, "a calibration")
-    document = estimate if isinstance(estimate, Mapping) else estimate.to_json()
     parts: dict[str, Callable[[], list[tuple[Panel, ...]]]] = {
-        "sphere": lambda: _rows_of(calibration.sphere_panels(document), 1),
-        "residuals": lambda: _rows_of(calibration.residual_panels(document), 1),
-        "parameters": lambda: calibration.parameter_panels(document),
-        "correlation": lambda: _rows_of(calibration.correlation_panels(document), 1),
+        "sphere": lambda: _rows_of(calibration.sphere_panels(result), 1),
+        "residuals": lambda: _rows_of(calibration.residual_panels(result), 1),
+        "parameters": lambda: calibration.parameter_panels(result),
+        "correlation": lambda: _rows_of(calibration.correlation_panels(result), 1),
+        "log": lambda: _rows_of(calibration.log_panels(result, recording), 1),
     }
     # All panels of a sheet are of one width: those that stand side by side are a sheet of their own.
     wanted = ("sphere", "residuals") if view == "whole" else (view,)
@@ -562,7 +565,6 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-earth-rate"), _earth_rate),
     (_document("allanite-rate-vector"), _rate_vector),
     (_document("allanite-static-spans"), _static),
-    (_document("allanite-calibration-estimate"), _calibration),
     (_holds("curve"), _channel),
     (_named("ChannelStudy"), _channel),
     (_holds("turns", "dwells", "positions"), _reversals),

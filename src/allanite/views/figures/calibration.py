@@ -1,149 +1,166 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A self-calibration: where the unit was held, what the fit leaves there, and how well each parameter is known.
-
-Everything is drawn from the plain document of a `CalibrationEstimate`.
-"""
+"""A self-calibration: where the unit was held, what the fit leaves there, and how well each parameter is known."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
+from allanite.experiments.calibration import CalibrationEstimate, CalibrationPosition
 from allanite.experiments.calibration.orientations import ORIENTATIONS
+from allanite.experiments.calibration.verdict import ParameterStatus
+from allanite.recording.calibration import AXES
+from allanite.recording.records import Recording
+from allanite.study.result_document import Overview
 from allanite.views.figures.correlation import correlation_panel
 from allanite.views.figures.earth import DEG_H, quantile
 from allanite.views.figures.panel import MARKERS, Array, Axis, Curve, Panel, around, array
-from allanite.views.figures.sphere import Spot, sphere_panel
+from allanite.views.figures.sphere import Spot, SpotKind, sphere_panel
+from allanite.views.figures.static import level_panels, overviews_of, record_panels
 from allanite.views.wording import calibration_name, parameter_groups, rest_unit, sensor_words
 from allanite.views.wording.calibration import ParameterGroup
 
-__all__ = ["VIEWS", "correlation_panels", "parameter_panels", "residual_panels", "sphere_panels"]
+__all__ = [
+    "VIEWS",
+    "correlation_panels",
+    "log_panels",
+    "parameter_panels",
+    "residual_panels",
+    "sphere_panels",
+]
 
-Json = Mapping[str, Any]
-
-VIEWS = ("whole", "sphere", "residuals", "parameters", "correlation")
-_AXES = "xyz"
+VIEWS = ("whole", "sphere", "residuals", "parameters", "correlation", "log")
 _APART = 0.2  # of a position, between its three axes
 _MOST_NAMED = 40  # positions that have a tick each
 _BESIDE = 3  # panels side by side
+_NOTHING = np.full(3, np.nan)
 
 
 # -- positions --------------------------------------------------------------------------------------------
 
 
-def sphere_panels(document: Json) -> list[Panel]:
+def sphere_panels(result: CalibrationEstimate) -> list[Panel]:
     """The positions on the sphere, with those that should be added."""
-    oriented = [p for p in document["positions"] if None not in p["up"]]
-    spots = [Spot(up=tuple(p["up"]), label=str(p["number"]), kind=_kind(p)) for p in oriented]
-    words = {"proposed": "to be added"}
-    return [sphere_panel([*spots, *_proposed(document["add"])], words=words)] if spots else []
+    oriented = [p for p in result.positions if np.isfinite(p.up).all()]
+    spots = [Spot(up=_direction(p.up), label=str(p.number), kind=_kind(p)) for p in oriented]
+    proposed = [
+        Spot(up=_direction(ORIENTATIONS[words]), kind="proposed")
+        for words in result.add
+        if words in ORIENTATIONS
+    ]
+    return [sphere_panel([*spots, *proposed], words={"proposed": "to be added"})] if spots else []
 
 
-def _proposed(words: Sequence[str]) -> list[Spot]:
-    """Positions that are asked for in words."""
-    known = sorted(
-        ORIENTATIONS.items(), key=lambda entry: -len(entry[0])
-    )  # "on an edge, +x and +y up" before "y up"
-    directions = [next((up for name, up in known if name in text), None) for text in words]
-    return [Spot(up=(float(x), float(y), float(z)), kind="proposed") for x, y, z in filter(None, directions)]
+def _direction(up: Iterable[float]) -> tuple[float, float, float]:
+    x, y, z = map(float, up)
+    return x, y, z
 
 
-def _kind(position: Json) -> Any:
-    return "outlier" if position["outlier"] else "used" if position["used"] else "left out"
+def _kind(position: CalibrationPosition) -> SpotKind:
+    return "outlier" if position.outlier else "used" if position.used else "left out"
+
+
+def log_panels(result: CalibrationEstimate, recording: Recording | Sequence[Overview] | None) -> list[Panel]:
+    """The log with the rests in it; nothing of rows of means."""
+    spans = result.static_spans
+    if spans is None:
+        return []
+    return [*level_panels(spans), *record_panels(spans, overviews_of(spans, recording))]
 
 
 # -- residuals --------------------------------------------------------------------------------------------
 
 
-def residual_panels(document: Json) -> list[Panel]:
+def residual_panels(result: CalibrationEstimate) -> list[Panel]:
     """What the calibrated sensors read too much at each position, what is left of each turn, and the misfits."""
-    positions = document["positions"]
     panels = []
-    if any(p["excess"] is not None for p in positions):
-        panels.append(_force_panel(document))
-    if any(p["rate"] is not None for p in positions):
-        panels.append(_rate_panel(document))
-    if any(t["used"] for t in document["turns"]):
-        panels.append(_turn_panel(document))
-    if any(p["misfit"] is not None for p in positions):
-        panels.append(_misfit_panel(document))
+    if any(p.excess is not None for p in result.positions):
+        panels.append(_force_panel(result))
+    if any(p.rate is not None for p in result.positions):
+        panels.append(_rate_panel(result))
+    if any(t.used for t in result.turns):
+        panels.append(_turn_panel(result))
+    if any(math.isfinite(p.misfit) for p in result.positions):
+        panels.append(_misfit_panel(result))
     return panels
 
 
-def _force_panel(document: Json) -> Panel:
+def _force_panel(result: CalibrationEstimate) -> Panel:
     """Length of the specific force less gravity, with the band that the noise and the scatter allow."""
-    unit, size = rest_unit(document)
-    at, value, sd = _series(document["positions"], "excess", "excess_sd", size)
-    half = quantile(document["confidence"]) * sd
+    unit, size = rest_unit(result)
+    at = array([p.number for p in result.positions])
+    value = array([p.excess for p in result.positions]) / size
+    half = quantile(result.confidence) * array([p.excess_sd for p in result.positions]) / size
     return Panel(
         title="Accelerometers at rest: how far |f| is from g",
-        x=_numbered(document),
+        x=_numbered(result),
         y=Axis(label=f"|f| − g [{unit}]", limits=around([0.0], value, half, -half)),
-        curves=(_band(at, half, document), *_marked(document["positions"], at, value)),
+        curves=(_band(at, half, result), *_marked(result.positions, at, value)),
         height=0.3,
         key="above",
     )
 
 
-def _rate_panel(document: Json) -> Panel:
+def _rate_panel(result: CalibrationEstimate) -> Panel:
     """What is left of the rates of the three gyros, less the Earth's."""
-    rows = document["positions"]
-    at = array([p["number"] for p in rows])
-    rate, sd = (array([p[k] or [None] * 3 for p in rows]) / DEG_H for k in ("rate", "rate_sd"))
-    half = quantile(document["confidence"]) * _largest(sd)
+    at = array([p.number for p in result.positions])
+    rate, sd = (
+        np.stack([_NOTHING if value is None else value for value in values]) / DEG_H
+        for values in ([p.rate for p in result.positions], [p.rate_sd for p in result.positions])
+    )
+    half = quantile(result.confidence) * _largest(sd)
     return Panel(
         title="Gyros at rest: rate less the Earth's",
-        x=_numbered(document),
+        x=_numbered(result),
         y=Axis(label="Rate [deg/h]", limits=around([0.0], rate, half, -half)),
-        curves=(_band(at, half, document), *_axes(at, rate)),
+        curves=(_band(at, half, result), *_axes(at, rate)),
         height=0.3,
         key="above",
     )
 
 
-def _turn_panel(document: Json) -> Panel:
+def _turn_panel(result: CalibrationEstimate) -> Panel:
     """What is left between the integrated rates and the attitudes, at the middle between two positions."""
-    rows = [t for t in document["turns"] if t["used"]]
-    at = array([0.5 * (t["before"] + t["after"]) for t in rows])
-    residual = array([t["residual"] or [None] * 3 for t in rows]) * 1e3
+    turns = [t for t in result.turns if t.used]
+    at = array([0.5 * (t.before + t.after) for t in turns])
+    residual = np.stack([t.residual for t in turns]) * 1e3
     return Panel(
         title="Turns: integrated rates less the attitudes before and after",
-        x=_numbered(document),
+        x=_numbered(result),
         y=Axis(label="Rotation [mrad]", limits=around([0.0], residual)),
-        curves=(_level(document), *_axes(at, residual)),
+        curves=(_level(result), *_axes(at, residual)),
         height=0.3,
         key="above",
     )
 
 
-def _misfit_panel(document: Json) -> Panel:
+def _misfit_panel(result: CalibrationEstimate) -> Panel:
     """Deletion residuals: a position that contradicts all others stands out."""
-    rows = document["positions"]
-    at, value = (array([p[k] for p in rows]) for k in ("number", "misfit"))
-    turns = [t for t in document["turns"] if t["used"]]
-    between = array([0.5 * (t["before"] + t["after"]) for t in turns])
-    left = array([t["misfit"] for t in turns])
+    at, value = array([p.number for p in result.positions]), array([p.misfit for p in result.positions])
+    turns = [t for t in result.turns if t.used]
+    between = array([0.5 * (t.before + t.after) for t in turns])
+    left = array([t.misfit for t in turns])
     look: dict[str, Any] = {"style": "none", "marker": "triangle", "colour": "y"}
     beside = (Curve(x=between, y=left, label="turn", **look),) if turns else ()
     one = np.ones(2)
-    expected = Curve(x=_ends(document), y=one, label="expected", colour="guide", style="dashed")
+    expected = Curve(x=_ends(result), y=one, label="expected", colour="guide", style="dashed")
     _, high = around([0.0, 2.0], value, left)
     return Panel(
         title="Misfit: distance from what all others predict",
-        x=_numbered(document),
+        x=_numbered(result),
         y=Axis(label="Standard deviations", limits=(0.0, high)),
-        curves=(*_marked(rows, at, value), *beside, expected),
+        curves=(*_marked(result.positions, at, value), *beside, expected),
         height=0.3,
         key="above",
     )
 
 
-def _marked(rows: Sequence[Json], at: Array, value: Array) -> list[Curve]:
+def _marked(positions: Sequence[CalibrationPosition], at: Array, value: Array) -> list[Curve]:
     """Points of positions, told apart as on the sphere: used, outliers, left out."""
-    kinds = np.where(np.isfinite(value), [_kind(p) for p in rows], "")
+    kinds = np.where(np.isfinite(value), [_kind(p) for p in positions], "")
     looks = (("used", "position", "z", "circle"), ("outlier", "outlier", "x", "diamond"))
     curves = [
         Curve(x=at[here], y=value[here], label=label, colour=colour, style="none", marker=marker)
@@ -165,13 +182,13 @@ def _axes(at: Array, values: Array) -> list[Curve]:
         Curve(
             x=at + _APART * (i - 1), y=values[:, i], label=axis, colour=axis, style="none", marker=MARKERS[i]
         )
-        for i, axis in enumerate(_AXES)
+        for i, axis in enumerate(AXES)
     ]
 
 
-def _band(at: Array, half: Array, document: Json) -> Curve:
+def _band(at: Array, half: Array, result: CalibrationEstimate) -> Curve:
     """What is expected of a position, as a step over its place."""
-    percent = f"{100 * document['confidence']:g} %"
+    percent = f"{100 * result.confidence:g} %"
     x = np.column_stack([at - 0.5, at + 0.5]).ravel()
     y = np.repeat(half, 2)
     return Curve(
@@ -186,31 +203,22 @@ def _band(at: Array, half: Array, document: Json) -> Curve:
     )
 
 
-def _level(document: Json) -> Curve:
-    return Curve(x=_ends(document), y=np.zeros(2), label="", colour="guide", style="thin")
+def _level(result: CalibrationEstimate) -> Curve:
+    return Curve(x=_ends(result), y=np.zeros(2), label="", colour="guide", style="thin")
 
 
-def _ends(document: Json) -> Array:
-    numbers = [p["number"] for p in document["positions"]]
+def _ends(result: CalibrationEstimate) -> Array:
+    numbers = [p.number for p in result.positions]
     return array([min(numbers) - 0.7, max(numbers) + 0.7])
 
 
-def _numbered(document: Json) -> Axis:
+def _numbered(result: CalibrationEstimate) -> Axis:
     """Positions by their numbers, each with a tick where there is room."""
-    numbers = [p["number"] for p in document["positions"]]
+    numbers = [p.number for p in result.positions]
     step = math.ceil(len(numbers) / _MOST_NAMED)
     names = tuple((float(n), str(n)) for n in numbers[::step])
-    low, high = _ends(document).tolist()
+    low, high = _ends(result).tolist()
     return Axis(label="Position", limits=(low, high), names=names)
-
-
-def _series(rows: Sequence[Json], *keys: Any) -> tuple[Array, Array, Array]:
-    value, sd, size = keys
-    return (
-        array([p["number"] for p in rows]),
-        array([p[value] for p in rows]) / size,
-        array([p[sd] for p in rows]) / size,
-    )
 
 
 def _largest(rows: Array) -> Array:
@@ -221,10 +229,10 @@ def _largest(rows: Array) -> Array:
 # -- parameters -------------------------------------------------------------------------------------------
 
 
-def parameter_panels(document: Json) -> list[tuple[Panel, ...]]:
+def parameter_panels(result: CalibrationEstimate) -> list[tuple[Panel, ...]]:
     """The parameters with their intervals: rows for each triad, a panel for each kind."""
-    groups = parameter_groups(document)
-    confidence = f"{100 * document['confidence']:g} % interval"
+    groups = parameter_groups(result.parameters)
+    confidence = f"{100 * result.confidence:g} % interval"
     rows: list[tuple[Panel, ...]] = []
     for sensor in dict.fromkeys(group.sensor for group in groups):
         panels = [_parameter_panel(group, confidence) for group in groups if group.sensor == sensor]
@@ -275,11 +283,11 @@ def _framed(value: Array, low: Array, high: Array, known: Any) -> tuple[float, f
     return around(value, low[chosen], high[chosen], room=0.15)
 
 
-def correlation_panels(document: Json) -> list[Panel]:
+def correlation_panels(result: CalibrationEstimate) -> list[Panel]:
     """Correlations of what was estimated."""
-    kept = [i for i, p in enumerate(document["parameters"]) if p["status"] == "estimated"]
+    kept = [i for i, p in enumerate(result.parameters) if p.status is ParameterStatus.ESTIMATED]
     if len(kept) < 2:
         return []
-    names = [calibration_name(document["parameters"][i]["name"]) for i in kept]
-    matrix = array(document["correlation"])[np.ix_(kept, kept)]
+    names = [calibration_name(result.parameters[i].name) for i in kept]
+    matrix = result.correlation[np.ix_(kept, kept)]
     return [correlation_panel(names, matrix, title="Correlations of the estimated parameters")]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
 
-``filtered``, ``calibration``, ``datasheet``, ...
-    What the page of each result says, from its plain document; of a result that has a view, that says it.
+What the page of a result says, its view says.
+
 ``frame.html``
     How every page is laid out; ``sections.html`` fills it, ``page.css`` and ``page.js`` are put into it.
 """
@@ -12,7 +12,6 @@ from __future__ import annotations
 import functools
 import os
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,11 +35,6 @@ if TYPE_CHECKING:
 __all__ = ["html_of", "page_of", "render", "render_file"]
 
 _HERE = Path(__file__).parent
-
-#: Format of a document -> the module that makes its page; results with a view stand in `allanite.views.registry`.
-_PAGES = {
-    "allanite-calibration-estimate": "calibration",
-}
 
 
 def render(
@@ -99,12 +93,9 @@ def page_of(result: Any) -> Page:
         return view_of(ResultDocument(result=held))
     document = result if isinstance(result, Mapping) else _document(result)
     name = document.get("format")
-    if name in VIEWS:
-        return view_of(document_of(document))
-    if name not in _PAGES:
-        raise InputError(f"no report of {name!r}; there are those of {', '.join((*_PAGES, *VIEWS))}")
-    made: Page = import_module(f"{__name__}.{_PAGES[name]}").page(document)
-    return made
+    if name not in VIEWS:
+        raise InputError(f"no report of {name!r}; there are those of {', '.join(VIEWS)}")
+    return view_of(document_of(document))
 
 
 def _content(page: Page) -> dict[str, Any]:
@@ -150,13 +141,10 @@ def _loaded(path: Path) -> Mapping[str, Any]:
         path, "a result of allanite, study.json of 'allanite characterize LOG' or what another --out holds"
     )
     name = document.get("format") if isinstance(document, Mapping) else None
-    if name not in _PAGES and name not in VIEWS:
-        names = ", ".join(known.removeprefix("allanite-") for known in (*_PAGES, *VIEWS))
+    if name not in VIEWS:
+        names = ", ".join(known.removeprefix("allanite-") for known in VIEWS)
         stated = "it names no format" if name is None else f"its format is {name!r}"
         raise FormatError(f"{path} is no result of allanite: {stated}; there are reports of {names}")
-    if name in _PAGES and document.get("version") != 1:
-        version = document.get("version")
-        raise FormatError(f"{path} is version {version!r} of {name}; this allanite reads version 1")
     return dict(document)
 
 

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Results as text in a terminal: findings and tables on stdout, a progress bar on stderr."""
 
-from allanite.views.terminal.calibration import show_calibration
 from allanite.views.terminal.capture import journal, show_captured
 from allanite.views.terminal.console import listen, progress
 from allanite.views.terminal.exporting import show_consumers
@@ -22,7 +21,6 @@ __all__ = [
     "listen",
     "monitoring",
     "progress",
-    "show_calibration",
     "show_captured",
     "show_compaction",
     "show_consumers",

@@ -8,39 +8,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.plain_files.printable import printable
-from allanite.recording.health import Finding
 from allanite.views.terminal.console import table_of
-from allanite.views.terminal.study import show_findings
-from allanite.views.wording import check_lines, headline, sentence, tone
 
 if TYPE_CHECKING:
     from rich.console import Console
 
 __all__ = [
     "TONES",
-    "say_advice",
-    "say_checks",
-    "say_end",
     "say_facts",
     "say_files",
     "say_indented",
     "say_rows",
-    "say_verdict",
 ]
 
 Json = Mapping[str, Any]
 
 TONES = {"good": "bold green", "warning": "bold yellow", "fatal": "bold red"}
-
-
-def say_verdict(out: Console, verdict: str, reason: str) -> None:
-    """Verdict and reason in one sentence, the verdict in its colour."""
-    from rich.text import Text
-
-    text = Text(headline(verdict, reason))
-    text.stylize(TONES[tone(verdict)], 0, len(verdict))
-    out.print(text)
-    out.print()
 
 
 def say_rows(out: Console, heads: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
@@ -50,23 +33,6 @@ def say_rows(out: Console, heads: Sequence[str], rows: Iterable[Sequence[Any]]) 
         table.add_row(*row)
     if table.row_count:
         out.print(table)
-        out.print()
-
-
-def say_checks(out: Console, checks: Sequence[Json]) -> None:
-    """What was asked of the residuals, and the answers."""
-    from rich.text import Text
-
-    answers = {True: Text("passed", "green"), False: Text("not passed", "bold red")}
-    lines = ((c.name, answers[c.passed], c.measure, c.chance) for c in check_lines(checks))
-    say_rows(out, ("Check", "", "χ² (expected)", ""), lines)
-
-
-def say_advice(out: Console, advice: Sequence[str], names: Sequence[str] = ()) -> None:
-    """Sentences behind arrows, and an empty line; `names` stay as they are written."""
-    for words in advice:
-        say_indented(out, f"→ {sentence(words, names)}")
-    if advice:
         out.print()
 
 
@@ -98,9 +64,3 @@ def say_files(out: Console, files: Sequence[object]) -> None:
     for folder, names in folders.items():
         head = str(Path(folder) / names[0])
         out.print(f"wrote {printable(', '.join([head, *names[1:]]))}", soft_wrap=True)
-
-
-def say_end(out: Console, document: Json, files: Sequence[object]) -> None:
-    """How every measurement ends: findings that somebody has to know, and the files."""
-    show_findings([Finding.from_json(f) for f in document.get("findings", ()) if f["severity"] != "info"])
-    say_files(out, files)

@@ -13,22 +13,15 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``rate_table``  the response to a rate table
 ``difference``  the unit of a drift
 ``dead_reckoning``  which errors of a navigator are shown
-``calibration``  parameters, positions and turns of a self-calibration
+``calibration``  parameters of a self-calibration
 """
 
 from allanite.quantities.number_words import duration, interval, number, probability, with_sd
 from allanite.views.wording.calibration import (
-    calibrated_words,
-    calibration_facts,
     calibration_name,
-    earth_seen_words,
     parameter_groups,
-    position_lines,
     rest_unit,
-    scatter_lines,
     sensor_words,
-    still_open,
-    turn_lines,
 )
 from allanite.views.wording.dead_reckoning import BUDGET_QUANTITIES, quantity_words
 from allanite.views.wording.difference import drift_unit
@@ -53,18 +46,14 @@ from allanite.views.wording.rates import (
     angle,
     budget_lines,
     capitalised,
-    channel_names,
-    check_lines,
     check_wordings,
     contradictions,
     estimate_of,
-    headline,
     known_rate,
     model_words,
     sentence,
     share,
     signed,
-    tone,
 )
 from allanite.views.wording.selection import weight_words
 from allanite.views.wording.study import (
@@ -110,13 +99,9 @@ __all__ = [
     "arcs_words",
     "axis_facts",
     "budget_lines",
-    "calibrated_words",
-    "calibration_facts",
     "calibration_name",
     "capitalised",
     "cautions",
-    "channel_names",
-    "check_lines",
     "check_wordings",
     "contradictions",
     "degrees_of",
@@ -124,7 +109,6 @@ __all__ = [
     "drift_unit",
     "duration",
     "earth_rate_lines",
-    "earth_seen_words",
     "estimate_of",
     "finding_kinds",
     "finding_line",
@@ -133,7 +117,6 @@ __all__ = [
     "function_of_latitude",
     "groups",
     "headings",
-    "headline",
     "interval",
     "is_poor",
     "key_numbers",
@@ -145,7 +128,6 @@ __all__ = [
     "number",
     "output_unit",
     "parameter_groups",
-    "position_lines",
     "probability",
     "provisos",
     "quantity_words",
@@ -155,7 +137,6 @@ __all__ = [
     "rest_unit",
     "said_of",
     "scale_unit",
-    "scatter_lines",
     "sensor_words",
     "sentence",
     "severity_order",
@@ -163,9 +144,6 @@ __all__ = [
     "shown_symbol",
     "signed",
     "slope_reading",
-    "still_open",
-    "tone",
-    "turn_lines",
     "turn_words",
     "unstated_words",
     "weight_words",

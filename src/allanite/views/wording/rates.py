@@ -8,7 +8,7 @@ an en dash here.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -16,7 +16,6 @@ from allanite.noise import GaussMarkov, NoiseModel, Sinusoid
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.number_words import interval, number, probability
-from allanite.quantities.residual_tests import ResidualTest
 from allanite.recording.health import Finding
 from allanite.views.wording.findings import own_words
 from allanite.views.wording.study import COLUMNS
@@ -29,18 +28,14 @@ __all__ = [
     "angle",
     "budget_lines",
     "capitalised",
-    "channel_names",
-    "check_lines",
     "check_wordings",
     "contradictions",
     "estimate_of",
-    "headline",
     "known_rate",
     "model_words",
     "sentence",
     "share",
     "signed",
-    "tone",
 ]
 
 Json = Mapping[str, Any]
@@ -48,21 +43,6 @@ Json = Mapping[str, Any]
 DEG = math.pi / 180
 DEG_H = DEG / 3600
 
-_TONES = {
-    "resolved": "good",
-    "bias not known": "warning",
-    "consistent": "good",
-    "calibrated": "good",
-    "not resolved": "warning",
-    "not separable": "warning",
-    "not separable from g-sensitivity": "warning",
-    "no north": "warning",
-    "partly calibrated": "warning",
-    "the model does not hold": "fatal",
-    "inconsistent": "fatal",
-    "inconsistent with Earth": "fatal",
-    "not calibrated": "fatal",
-}
 _CONTRADICTIONS = ("turn_not_listed", "turn_not_seen")
 
 
@@ -95,26 +75,9 @@ def sentence(text: str, names: Iterable[str] = ()) -> str:
     return begun + ("" if text.endswith((".", "!", "?", ":")) else ".")
 
 
-def channel_names(document: Json) -> list[str]:
-    """Names of the channels that a document lists; they stay as they are written."""
-    channels = document.get("channels")
-    listed = channels if isinstance(channels, Sequence) else ()
-    return [c["name"] if isinstance(c, Mapping) else c for c in listed]
-
-
 def capitalised(text: str) -> str:
     """The first letter large, the others as they are."""
     return text[:1].upper() + text[1:]
-
-
-def tone(verdict: str) -> str:
-    """Colour of a verdict: "good", "warning" or "fatal"."""
-    return _TONES.get(verdict, "warning")
-
-
-def headline(verdict: str, reason: str) -> str:
-    """Verdict and reason in one sentence."""
-    return sentence(f"{verdict}: {reason}" if reason else verdict)
 
 
 def contradictions(findings: Iterable[Finding]) -> list[str]:
@@ -274,20 +237,6 @@ class _Answered(Protocol):
 
     @property
     def says(self) -> str: ...
-
-
-def check_lines(checks: Iterable[Json]) -> list[CheckWording]:
-    """Checks out of a document, those that did not pass first."""
-    names = ("name", "statistic", "dof", "p", "says")
-    return check_wordings(
-        ResidualTest(
-            **{name: c[name] for name in names},
-            passed=bool(c["passed"]),
-            tries=c.get("tries", 1),
-            two_sided=c.get("two_sided", False),
-        )
-        for c in checks
-    )
 
 
 def check_wordings(checks: Iterable[_Answered]) -> list[CheckWording]:
