@@ -529,14 +529,14 @@ def test_a_filter_takes_the_drift_off_and_judges_the_model(run: Run, bench: Path
     log, series = bench / "still.parquet", tmp_path / "corrected.parquet"
     done = run("filter", log, "--model", MODEL, "--smooth", "-o", series, "--out", tmp_path / "out")
     assert done.code == 0
-    assert done.out.startswith("Consistent: ")
+    assert done.out.startswith("Consistent. ")
     corrected = al.read(series)
     assert corrected.names == ("gyro", "gyro_drift", "gyro_drift_sd")
     restored = corrected.values("gyro") + corrected.values("gyro_drift")
     np.testing.assert_allclose(restored, al.read(log).values("gyro") * DEG, atol=1e-12)
     wrong = run("filter", log, "--model", MODEL.replace("0.0122", "0.02"))
     assert wrong.code == 0
-    assert wrong.out.startswith("The model does not hold: ")
+    assert wrong.out.startswith("The model does not hold. ")
     assert "smaller" in wrong.out
     assert run("filter", log, "--model", MODEL, "-o", series).code == 1
 
