@@ -4,14 +4,17 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from allanite.errors import InputError
+from allanite.errors import FormatError, InputError
+from allanite.experiments.calibration import CalibrationEstimate
 from allanite.views.figures import matplotlib as paper
 from allanite.views.figures import plotly as screen
 from allanite.views.figures import sheet_of
@@ -19,9 +22,11 @@ from allanite.views.figures.correlation import correlation
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words
 from allanite.views.figures.panel import DARK, LIGHT, Curve, Panel, Sheet
 from allanite.views.figures.sphere import SPOT_LOOKS, Spot, sphere, sphere_panel
+from allanite.views.registry import document_of
 from sample_calibration import DEG_H, LEFT_OUT, MG, OPEN, OUTLIER, estimate
 
 Array = NDArray[np.float64]
+OLD = Path(__file__).parents[1] / "experiments" / "documents"
 CENTRES, RADIUS = ((25.5, 25.0), (74.5, 25.0)), 19.0
 VIEW = np.array([0.80, 0.52, 0.28]) / np.linalg.norm([0.80, 0.52, 0.28])
 
@@ -251,6 +256,31 @@ def test_correlations_are_those_of_what_was_estimated() -> None:
     lower = r[np.tril_indices(len(kept), -1)]
     drawn = [s for s in panel.drawing.named("positive") if middle(s)[1] > 7]
     assert len(drawn) == np.count_nonzero(lower >= 0.03)
+
+
+# -- the log ----------------------------------------------------------------------------------------------
+
+
+def test_the_log_is_drawn_with_its_rests_from_the_document_alone() -> None:
+    """Of version 1, too, which held the overviews within the rests."""
+    old = json.loads((OLD / "calibration-estimate-1-command-unit.json").read_text(encoding="utf-8"))
+    document = document_of(old)
+    titles = [p.title for p in sheet_of(document.result, view="log", recording=document.overviews).panels]
+    assert titles == [
+        f"10 static spans, {100 * old['static_spans']['share']:.3g} % of the record",
+        "Rates",
+        "Accelerations",
+    ]
+    again = document_of(json.loads(json.dumps(document.to_json())))
+    assert [o.name for o in again.overviews or ()] == [o["name"] for o in old["static_spans"]["overviews"]]
+    with pytest.raises(InputError, match="no figure 'log'"):
+        sheet_of(estimate(), view="log")
+
+
+def test_parameters_are_those_of_the_calibration() -> None:
+    document = estimate().to_json()
+    with pytest.raises(FormatError, match="parameters are not those of the calibration"):
+        CalibrationEstimate.from_json({**document, "parameters": document["parameters"][1:]})
 
 
 # -- both renderers ---------------------------------------------------------------------------------------
