@@ -325,7 +325,10 @@ def test_every_document_gives_its_report_again(run: Run, logs: Path, east_west: 
         ('{"format": "allanite-north", "version": 3}', "version 3"),
         ('{"format": "allanite-north", "version": 1}', "missing"),
         ('{"format": "allanite-position-plan", "version": 1, "what": 3}', "'heading' is expected, not 3"),
-        ('{"format": "allanite-calibration-estimate", "version": 1, "verdict": 3}', "damaged"),
+        (
+            '{"format": "allanite-calibration-estimate", "version": 1, "verdict": 3}',
+            "'calibrated' is expected, not 3",
+        ),
         ('{"format": "allanite-rate-vector", "version": 1, "channels": 3}', "channels: a list is expected"),
     ],
 )
