@@ -84,7 +84,7 @@ def page(document: Json) -> Page:
             ),
             Section(id="bound", title="What any estimator can reach", short="Bound", blocks=_bound(document)),
             Section(id="method", title="Method", blocks=_method()),
-            provenance(document),
+            provenance(document["provenance"], document["format"], document["version"]),
         ],
     )
 

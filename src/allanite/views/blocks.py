@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from allanite.errors import InputError
 from allanite.quantities.display_units import si_unit
 from allanite.recording.health import Finding
 from allanite.study.results import ChannelModels
 from allanite.views.figures import sheet_of
-from allanite.views.pieces import Figure, provenance_rows
+from allanite.views.pieces import Figure, origin_rows
 from allanite.views.wording import ChannelGroup, CoefficientWording, KeyNumber, headings, readings
 
 __all__ = [
@@ -49,8 +49,6 @@ __all__ = [
     "provenance",
     "table",
 ]
-
-Json = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -376,7 +374,9 @@ def drawn(id_: str, obj: object, caption: str, words: str, **options: object) ->
     return [Drawn(Figure.of(id_, sheet, caption, words))]
 
 
-def provenance(document: Json) -> Section:
-    """The last section of every page."""
-    rows = provenance_rows(document)
+def provenance(
+    made: Mapping[str, object], format_: str, version: int, history: Iterable[Mapping[str, object]] = ()
+) -> Section:
+    """The last section of every page; see `origin_rows`."""
+    rows = origin_rows(made, format_, version, history)
     return Section(id="provenance", title="Provenance", blocks=[pairs(rows, verbatim=True, brief=False)])

@@ -23,7 +23,6 @@ __all__ = [
     "finding_row",
     "finding_rows",
     "origin_rows",
-    "provenance_rows",
 ]
 
 Json = Mapping[str, Any]
@@ -111,16 +110,13 @@ def clock(seconds: float) -> str:
     return f"{whole // 3600}:{whole % 3600 // 60:02}:{whole % 60:02}{part}"
 
 
-def provenance_rows(document: Json) -> list[tuple[str, str | tuple[str, ...]]]:
-    """Where the result of a document comes from: file, command, versions, and every step of the record's history."""
-    history = (document.get("recording") or {}).get("history") or ()
-    return origin_rows(document.get("provenance") or {}, document["format"], document["version"], history)
-
-
 def origin_rows(
     made: Json, format_: str, version: int, history: Iterable[Json]
 ) -> list[tuple[str, str | tuple[str, ...]]]:
-    """The same of its parts: what `made` it, and the steps; each its name, and a line for each thing that is known."""
+    """Where a result comes from: file, command, versions, and every step of the record's history.
+
+    Each has its name, and a line for each thing that is known.
+    """
     rows = [
         ("File", made.get("source")),
         ("SHA-256", made.get("sha256")),

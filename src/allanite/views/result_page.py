@@ -9,8 +9,17 @@ from importlib import import_module
 from allanite.quantities.result import Result
 from allanite.quantities.verdict import Verdict
 from allanite.study.result_document import Reportable
-from allanite.views.blocks import Banner, Findings, Page, PageBlock, Section, bullets, drawn, page_of, pairs
-from allanite.views.pieces import origin_rows
+from allanite.views.blocks import (
+    Banner,
+    Findings,
+    Page,
+    PageBlock,
+    Section,
+    bullets,
+    drawn,
+    page_of,
+    provenance,
+)
 from allanite.views.registry import VIEWS
 from allanite.views.wording import sentence
 
@@ -44,13 +53,12 @@ def view_of(document: Reportable) -> Page:
 
 def _provenance(document: Reportable) -> Section:
     made, record = document.provenance, document.recording
-    rows = origin_rows(
+    return provenance(
         {} if made is None else made.to_json(),
         document.result.FORMAT,
         document.result.VERSION,
         () if record is None else record.history,
     )
-    return Section(id="provenance", title="Provenance", blocks=[pairs(rows, verbatim=True, brief=False)])
 
 
 def verdict_banner(verdict: Verdict, reason: str, names: Iterable[str] = ()) -> PageBlock:
