@@ -213,7 +213,7 @@ UNITS = (
     Refusal(
         line="allan 'a log.csv'",
         files={"a log.csv": table("t [s],the counter [Hz]", T, y=Y[:, :1])},
-        says=("of a clock, say so",),
+        says=("of a clock, pass",),
         later={"--kind": "need the frequency of the carrier"},
     ),
     Refusal(

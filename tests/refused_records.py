@@ -78,13 +78,13 @@ REPAIRS = (
     Refusal(
         line="convert 'a log.csv' out.parquet --force --repair drop_repeats",
         files={"a log.csv": table("t [s],gyro a [deg/s],acc b [m/s^2]", LONG, y=TWO_HOLDS)},
-        says=("the channels are not held alike",),
+        says=("the channels repeat differently",),
         adds={"--channels": "gyro"},
     ),
     Refusal(
         line="convert 'a log.csv' out.parquet --force --repair split_interleaved",
         files={"a log.csv": table("t [s],a [deg/s],b [deg/s]", LONG, y=INTERLEAVED)},
-        says=("do not alternate alike",),
+        says=("alternate differently",),
         adds={"--channels": "a"},
     ),
     Refusal(
@@ -111,7 +111,7 @@ REPAIRS = (
     Refusal(
         line="characterize 'a log.csv' --json",
         files={"a log.csv": table("t [s],gyro a [deg/s]", T, y=np.ones((600, 1)))},
-        says=("to go on despite it: --accept",),
+        says=("to continue despite it: --accept",),
     ),
 )
 MIXED = np.hstack([MEANS, numbers(12, 4, seed=3)])

@@ -479,7 +479,7 @@ def test_one_component_alone_gives_no_empty_table(run: Run, table: Path, tmp_pat
     assert done.code in (0, 3), done.err
     assert "not both components are seen" in done.out
     assert "Standard uncertainty" not in done.out
-    assert done.out.count("counted the other way the azimuth comes out mirrored") == 1
+    assert done.out.count("with the opposite sense the azimuth is mirrored") == 1
 
 
 def test_a_model_of_another_kind_of_sensor_is_refused(
@@ -505,7 +505,7 @@ def test_a_model_of_another_kind_of_sensor_is_refused(
 def test_a_list_that_is_not_that_of_the_record_is_named_first(run: Run, bench: Path) -> None:
     done = run("earth-rate", bench / "take.parquet", *LATITUDE, "--model", MODEL, "--dwell", "40")
     assert done.code == 0, done.err
-    assert done.out.startswith("Signal and list contradict each other. 18 turns in the signal")
+    assert done.out.startswith("Signal and list disagree. 18 turns in the signal")
     assert "wider range" not in done.out + done.err
 
 

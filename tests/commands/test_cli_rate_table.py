@@ -76,7 +76,7 @@ def test_the_command_prints_numbers_and_leaves_files(run: Run, bench: Path, tmp_
     assert [float(s["rate_deg_s"]) for s in steps] == list(RATES)
     assert all(abs(float(s["residual_ppm"])) < 100 and s["used"] == "yes" for s in steps)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert "Where the band holds zero" in page and "Reference-aided" in page
+    assert "Where the band includes zero" in page and "Reference-aided" in page
     again = run("report", tmp_path / "out" / "rate-table.json", "--output", tmp_path / "again.html")
     assert again.code == 0, again.err
 
@@ -183,7 +183,7 @@ def test_every_result_has_a_page_and_a_picture(documents: dict[str, Any], which:
 def test_views_of_the_picture(documents: dict[str, Any]) -> None:
     steps = documents["steps"]
     titles = [row[0].title for row in sheet_of(steps).rows]
-    assert len(titles) == 4 and titles[1] == "What the fit leaves of each step"
+    assert len(titles) == 4 and titles[1] == "Residuals of each step"
     assert [row[0].title for row in sheet_of(documents["swings"], view="frequency").rows] == ["Gain", "Phase"]
     panel = sheet_of(steps, view="response").rows[0][0]
     drawn = next(c for c in panel.curves if c.marker == "circle")

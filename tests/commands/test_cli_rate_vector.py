@@ -96,7 +96,7 @@ def test_three_axes_at_rest_give_the_rate_vector(run: Run, logs: Path, tmp_path:
         "0:04:3",  # the end of the longest stretch that was left out
         "from the angle between gravity and the vector; given 48.1°",
         "|bias + Earth|",
-        "The interval holds the noise alone",
+        "The interval includes only the noise",
     ):
         assert words in done.out
     with (out / "stretches.csv").open(encoding="utf-8") as file:

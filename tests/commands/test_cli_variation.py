@@ -80,7 +80,7 @@ def test_common_prints_every_part_and_gaps_are_loss(run: Run, pair: Recording, t
     assert [part["name"] for part in document["own"]] == ["a", "b"]
     shown = run("common", log, "--out", tmp_path / "out")
     assert shown.code == 3 and shown.out.startswith("Noise is shared. The common part is seen at")
-    assert "a alone" in shown.out and "100 samples that not all sensors have" in shown.out
+    assert "a alone" in shown.out and "100 samples missing in at least one sensor" in shown.out
     assert (tmp_path / "out" / "separation.csv").exists()
     refused = run("common", log, "--channels", "a")
     assert refused.code == 1 and "two or three sensors" in refused.err

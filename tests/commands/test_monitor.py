@@ -230,7 +230,7 @@ def test_a_dead_recorder_and_a_silent_one_are_told_apart(tmp_path: Path, run: Ru
     torn = write_run(tmp_path / "torn", [0, 32])
     manifest = torn / "manifest.jsonl"
     manifest.write_text("".join(line for line in manifest.open() if '"end"' not in line))
-    assert "broken off: the recorder died" in run("monitor", "--once", torn).out
+    assert "interrupted: the recorder died" in run("monitor", "--once", torn).out
     assert json.loads(run("monitor", "--json", torn).out)["samples"] == 64
 
 

@@ -70,7 +70,7 @@ def test_every_missing_sample_has_its_reason(tmp_path: Path) -> None:
             ("silent", 1, 40, 60, 40),
             ("no room", 1, 24, 100, 24),
             ("no reason was noted", 1, 8, 156, 8),
-            ("no value: an overload, not a number, or left out for a finding", None, 3, None, None),
+            ("no value: an overload, not a number, or left out because of a finding", None, 3, None, None),
         ]
         assert sum(e["samples"] for e in found) == missing == 75
     total = sum(count for _, count in gaps_of(run))
@@ -235,7 +235,7 @@ def test_a_clock_that_is_wrong_is_said(tmp_path: Path) -> None:
 def test_a_study_says_what_the_numbers_hold_besides_the_sensor(tmp_path: Path, run: Run) -> None:
     folder = write_meter(tmp_path / "run")
     done = run("characterize", folder, "--out", tmp_path / "out")
-    assert "1.250 = √(0.03125 s/0.02 s) times smaller" in done.out and "Nothing was divided" in done.out
+    assert "1.250 = √(0.03125 s/0.02 s) times smaller" in done.out and "No result was divided" in done.out
     assert "autozero_off" in done.out and "0.83 %" in done.out
     study = al.Study.load(tmp_path / "out" / "study.json")
     (channel,) = study.channels
@@ -274,7 +274,7 @@ def test_the_report_has_a_table_of_what_is_missing(tmp_path: Path) -> None:
     (entry,) = study.to_json()["recording"]["missing_because"]
     assert (entry["reason"], entry["samples"]) == ("the port <disappeared>", 40)
     page = al.render(study, tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "What is missing, and why" in page and "the port &lt;disappeared&gt;" in page
+    assert "Missing samples and their reasons" in page and "the port &lt;disappeared&gt;" in page
     assert al.Study.from_json(study.to_json()).to_json() == study.to_json()
 
 

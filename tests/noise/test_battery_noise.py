@@ -163,7 +163,7 @@ def test_c15_a_deviation_with_one_degree_of_freedom_lies_low(rng: np.random.Gene
     held = np.mean((low[0] * ratio <= 1) & (high[0] * ratio >= 1))
     assert held == pytest.approx(0.95, abs=4 * math.sqrt(0.95 * 0.05 / records))
     view = Path(al.__file__).parent / "views" / "study.py"
-    assert "0.798" in str(al.AllanCurve.__doc__) and "lies low in the mean" in view.read_text("utf-8")
+    assert "0.798" in str(al.AllanCurve.__doc__) and "is low on average" in view.read_text("utf-8")
 
 
 # -- U4: the longest lags --------------------------------------------------------------------------------------

@@ -58,7 +58,7 @@ def test_a_finding_names_its_repair_and_a_repair_is_a_finding(noise: np.ndarray)
 @pytest.mark.parametrize(
     ("asked", "words"),
     [
-        ("drop_everything", "no repair is called 'drop_everything'; there are: drop_saturated"),
+        ("drop_everything", "no repair named 'drop_everything'; there are: drop_saturated"),
         ("drop_padding=3", "drop_padding takes no value"),
         ("drop_spikes=two", "at least 4 standard deviations"),
         ("drop_spikes=2", "at least 4 standard deviations"),
@@ -179,7 +179,7 @@ def test_a_unit_that_was_turned_slowly_keeps_its_usual_attitude(rng: np.random.G
 def test_a_record_of_many_attitudes_has_no_usual_one(rng: np.random.Generator) -> None:
     tilt = np.radians(10.0) * (np.arange(N) // 1000)
     y = np.stack([9.8 * np.sin(tilt), np.zeros(N), 9.8 * np.cos(tilt)], axis=1)
-    with pytest.raises(DataQualityError, match="the sensor was hardly at rest"):
+    with pytest.raises(DataQualityError, match="the sensor was rarely at rest"):
         clean(record(y + 0.02 * rng.standard_normal((N, 3))), "cut_motion")
 
 
@@ -219,7 +219,7 @@ def test_a_slower_sensor_read_at_an_uneven_ratio_gets_its_rate_back(noise: np.nd
 
 def test_values_on_coarse_steps_are_not_taken_for_repeats(rng: np.random.Generator) -> None:
     coarse = np.round(white(rng, N))
-    with pytest.raises(DataQualityError, match="readings cannot be told from repeats"):
+    with pytest.raises(DataQualityError, match="readings and repeats cannot be distinguished"):
         clean(record(coarse), "drop_repeats")
 
 

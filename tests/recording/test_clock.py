@@ -74,7 +74,7 @@ def test_published_tables_from_phase_and_from_frequency(statistic: str) -> None:
     ("kind", "unit", "says"),
     [
         ("phase", "ns", "phase of a clock"),
-        (None, "deg", "an angle that moves"),
+        (None, "deg", "an angle that changes"),
         (None, "m/s", "a velocity that"),
         (None, "deg/s", ""),
     ],
@@ -88,7 +88,7 @@ def test_stamps_that_scatter_are_spoken_of_in_the_terms_of_the_record(
     np.savetxt(path, rows, delimiter=",", header=f"time [s],y [{unit}]", comments="", fmt="%.12g")
     found = al.check(al.read(path, unit=unit, **({"kind": kind} if kind else {})))
     (jitter,) = (f for f in found if f.code == "rate_jitter")
-    assert says in jitter.message and ("shows it as noise" in jitter.message) == bool(says)
+    assert says in jitter.message and ("shows this as noise" in jitter.message) == bool(says)
     assert ("sensor" in jitter.advice) == (kind is None)
 
 

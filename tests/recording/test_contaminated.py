@@ -88,7 +88,7 @@ def test_the_finding_names_the_mixture_and_nothing_else() -> None:
     (finding,) = found
     assert finding.code == "contaminated"
     assert "scatter 6.8 times" in finding.message
-    assert "spread evenly over the record" in finding.message
+    assert "evenly distributed over the record" in finding.message
 
 
 def interval(model: NoiseModel) -> tuple[float, float]:

@@ -43,8 +43,8 @@ def test_b18_a_step_of_a_known_range_in_the_other_unit(
 @pytest.mark.parametrize(
     ("label", "size", "question"),
     [
-        ("deg/s", 160.0, "counts, volts or thousandths of a degree, labeled 'deg/s'?"),
-        ("rad/s", 160.0, "counts, volts or thousandths of a degree, labeled 'rad/s'?"),
+        ("deg/s", 160.0, "counts, volts or millidegrees labeled 'deg/s'?"),
+        ("rad/s", 160.0, "counts, volts or millidegrees labeled 'rad/s'?"),
     ],
 )
 def test_too_much_noise_is_asked_about_in_words_that_fit_the_unit(

@@ -175,5 +175,5 @@ def test_motion_comes_before_everything_else(rng: np.random.Generator) -> None:
     assert "clipping" in {f.code for f in found}
     words = wording.movement(found)
     assert words is not None
-    assert words.startswith("This log moves")
+    assert words.startswith("The unit moved during this log")
     assert wording.movement(check(of_six(six(rng)))) is None

@@ -101,7 +101,7 @@ def test_the_samples_are_fitted_where_the_curve_ends_early(run: Run, tmp_path: P
     direct = al.fit(record, method="likelihood").estimate("K")
     assert direct is not None and (k.lower, k.upper) == pytest.approx((direct.lower, direct.upper))
     page = html_of(study)
-    assert "maximize the likelihood of the samples" in page and "fitted to the samples" in page
+    assert "maximize the Gaussian likelihood of all samples" in page and "fitted to the samples" in page
     log = write_recording(record, tmp_path / "lossy.parquet")
     done = run("characterize", log, "--method", "likelihood", "--out", tmp_path / "out")
     assert done.code == 3, done.err  # missing samples

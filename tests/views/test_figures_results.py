@@ -252,7 +252,7 @@ def test_a_turn_at_close_range(take: al.Recording, estimate: EarthRateEstimate) 
         sheet_of(estimate.reversals, recording=take, zoom=99)
     with pytest.raises(InputError, match="needs the Recording"):
         sheet_of(estimate.reversals, recording=overview(take, take.names[0]), zoom=1)
-    with pytest.raises(InputError, match="give recording="):
+    with pytest.raises(InputError, match="pass recording="):
         sheet_of(estimate.reversals)
 
 

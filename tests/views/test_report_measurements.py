@@ -196,7 +196,7 @@ def test_a_list_of_turns_that_the_signal_contradicts_leads_the_report(measured: 
         "advice": "compare", "risk": "", "count": 18, "accepted": False, "places": [],
     }  # fmt: skip
     said = text_of(html_of({**measured, "findings": [found], "recording": FACTS}))
-    first = said.index("Signal and list contradict each other. 18 turns in the signal.")
+    first = said.index("Signal and list disagree. 18 turns in the signal.")
     assert first < said.index("95 % interval")
     assert "contradict each other" not in text_of(html_of(measured))
 

@@ -154,7 +154,7 @@ def clock_unit(unit: str, kind: Kind, carrier: float | None = None) -> ClockUnit
 def _needed(carrier: float | None, unit: str) -> float:
     if carrier is None:
         raise InputError(
-            f"samples in {unit} need the frequency of the carrier: give --carrier 10e6 (carrier=) [Hz]"
+            f"samples in {unit} need the frequency of the carrier: pass --carrier 10e6 (carrier=) [Hz]"
         )
     return carrier
 
@@ -229,7 +229,5 @@ def without_noise(recording: Recording) -> InputError:
     for channel in recording.channels:
         for end, kind in _ENDS_OF_UNITS:
             if channel.kind is Kind.OTHER and channel.unit[-len(end) :] == end and "/" not in channel.unit:
-                return InputError(
-                    f"{words}. If {channel.name} is the {kind} of a clock, say so: --kind {kind}"
-                )
+                return InputError(f"{words}. If {channel.name} is the {kind} of a clock, pass --kind {kind}")
     return InputError(words)

@@ -556,7 +556,8 @@ def checked_recording(recording: object, who: str, needed: str = "a Recording") 
     return recording
 
 
-_MADE_BY = "al.Recording.from_rate(y, rate=100.0, unit='deg/s') makes a recording of samples, al.read(path) of a file"
+_MADE_BY = "al.Recording.from_rate(y, rate=100.0, unit='deg/s') makes a recording from samples, "
+"al.read(path) from a file"
 
 
 def _said(thing: object) -> str:
@@ -585,7 +586,7 @@ def checked_samples(samples: ArrayLike) -> NDArray[Any]:
     if array.shape[1] == 0 or array.shape[1] > max(array.shape[0], 1):
         raise InputError(
             f"samples of shape {array.shape}: time runs along the first axis, so this is {array.shape[1]} channels of "
-            f"{array.shape[0]} samples; transpose it if that is not meant"
+            f"{array.shape[0]} samples; transpose it if this is unintended"
         )
     return array
 

@@ -138,18 +138,15 @@ def _pictures(result: AlignmentEstimate) -> dict[str, tuple[str, str]]:
     compass = f"Compass: {direction_words(result.last)}, interval {arcs_words([result.last.interval])}."
     return {
         "compass": (
-            (
-                "The heading with the directions that the record does not contradict, and the horizontal rate beside "
-                "that of the Earth."
-            ),
+            ("The heading with its interval, and the horizontal rate compared with that of the Earth."),
             compass,
         ),
         "convergence": (
-            "The heading at the end of the record, from what was measured until then, with its interval.",
+            "The running estimate of the final heading, with its interval.",
             "Running estimate of the heading.",
         ),
         "residuals": (
-            "What each gyro shows in each attitude less the fit, with its standard deviation by the noise.",
+            "Residual of each gyro in each attitude, with its standard deviation from the noise.",
             "Residuals of each stand.",
         ),
     }
@@ -162,7 +159,7 @@ def _record(result: AlignmentEstimate, axes: str) -> Iterator[PageBlock]:
     yield from table(
         ("Gyro", "Bias, deg/h", "Standard deviation", "Known before to", "Determined"),
         [(name, *_bias(bias)) for name, bias in result.biases.items()],
-        caption="Biases of the gyros as the fit leaves them.",
+        caption="Gyro biases from the fit.",
     )
     yield from table(
         ("From two vectors alone", "Heading", "Roll", "Pitch"),
@@ -202,7 +199,7 @@ def _stands(result: AlignmentEstimate) -> list[PageBlock]:
         for i, s in enumerate(result.stands, 1)
     ]
     heads = ("Attitude", "Time", "At rest", "Turned since the first", "Roll", "Pitch")
-    stands = table(heads, lines, caption="Attitudes in the order of time.", brief=False)
+    stands = table(heads, lines, caption="Attitudes in chronological order.", brief=False)
     return [Details(f"All {len(lines)} attitudes", stands)] if len(lines) > _MOST_ROWS else stands
 
 
@@ -255,23 +252,23 @@ def _checks(result: AlignmentEstimate) -> Iterator[PageBlock]:
 
 def _method(result: AlignmentEstimate) -> list[PageBlock]:
     words = (
-        "The unit turned about one axis. In the plane across it the Earth's rotation is modulated by the turning; "
-        "biases, and what turning adds to gyros and accelerometers, are constants and drop out. The axis is leveled "
-        "by what the turning modulates in the accelerometers."
+        "The unit turned about one axis. The rotation modulates the component of the Earth's rotation "
+        "perpendicular to that axis. Biases, and the effects of the rotation on gyros and accelerometers, "
+        "are constant and drop out. The modulation of the accelerometers gives the tilt of the axis."
         if result.mode == "rotation"
-        else "Each attitude is leveled by the accelerometers and turned in azimuth by what the gyros saw of the turns "
-        "in between. The vertical part v of the Earth's rotation is known from the latitude; the horizontal part e is "
-        "fitted with the biases of the gyros, and its direction is north. Biases, scale factors, misalignments, the "
-        "noise of the accelerometers and of the turns take part with what is known of them beforehand, so that the "
-        "interval holds them all."
+        else "The accelerometers level each attitude, and the gyros measure the turns in azimuth between "
+        "attitudes. The vertical part v of the Earth's rotation is known from the latitude; the horizontal part e is "
+        "fitted with the biases of the gyros, and its direction is north. Biases, scale factors, "
+        "misalignments, and the noise of the accelerometers and of the turns enter with their prior "
+        "uncertainty, so the interval includes them all."
     )
     return [
         Text("At rest gyro and accelerometer show, in attitude C:"),
         *equation("alignment"),
         Text(words),
         Text(
-            "The length of e is not taken from the latitude: that it agrees is a check. A heading is not a number on a "
-            "line: the interval may wrap, and it is the whole circle where no rotation is seen."
+            "The magnitude of e does not use the latitude, so its agreement is a check. A heading is an "
+            "angle: its interval may wrap, and it is the whole circle if no rotation is resolved."
         ),
         *equation("least_squares"),
         References([BLACK, SHUSTER, ROSENBERG]),

@@ -60,23 +60,24 @@ _REFERENCES = (
     ),
 )
 _METHOD = (
-    "D is the loss of the fit (minus twice a log-likelihood ratio) with the parameter held and all others "
-    "free; an upper limit takes part with all that it excludes. For normal estimates Q at τ = 0 is Cochran's "
-    "chi-square [1]; where coefficients stand at zero its law is drawn from the linearized problem [2]. The "
-    "curves are compared by their ratio to one model for all, as cube roots with the exact covariance of each "
-    "record, so that neighboring lags do not count twice, and rates, lengths and sampling conventions may "
-    "differ. The spread τ is where Q takes its expectation [3], its interval where Q takes the quantiles of "
-    "chi-square [4]; middle and next sensor follow from all τ with their weights [5]."
+    "D is the loss of the fit (minus twice a log-likelihood ratio) with the parameter fixed and all "
+    "others free; an upper limit contributes its one-sided information. For normal estimates Q at τ = 0 is Cochran's "
+    "chi-square [1]; if coefficients are at zero, its distribution is simulated from the linearized "
+    "problem [2]. The curves are compared through their ratio to a common model, as cube roots with the "
+    "exact covariance of each record. So neighboring lags do not count twice, and rates, lengths and "
+    "sampling conventions may differ. The spread τ is where Q equals its expectation [3], and its "
+    "interval is where Q equals the quantiles of chi-square [4]; middle and next sensor are averages over "
+    "all τ by weight [5]."
 )
-_CURVES = "Allan deviation of all records with their intervals; dotted: one noise model for all."
+_CURVES = "Allan deviation of all records with their intervals; dotted: the common noise model."
 _PARAMETERS = (
-    "Every parameter, record by record, with its interval; an arrow is an upper limit. Dashed: the middle of the "
-    "kind with its interval; between the dotted lines lies the next sensor."
+    "Every parameter, record by record, with its interval; an arrow is an upper limit. Dashed: the middle "
+    "of the population with its interval; dotted: the prediction interval of the next sensor."
 )
 _ROWS = (
-    "“Equal?” is answered with p adjusted for the number of parameters; “would be seen” is the change of one "
-    "record that the test sees in four of five cases. Spread: standard deviation of the true values between "
-    "records, relative to the value, apart from what each record's own uncertainty adds."
+    "“Equal?” is answered with p adjusted for the number of parameters; “would be seen” is the change of "
+    "one record that the test detects in four of five cases. Spread: relative standard deviation of the "
+    "true values between records, without the uncertainty of each record."
 )
 
 
@@ -248,7 +249,7 @@ def _records(result: Comparison) -> Iterator[PageBlock]:
     families = {"flicker": "flicker", "gauss-markov": "a Gauss-Markov term"}
     yield pairs(
         [
-            ("Intervals", f"{100 * result.confidence:g} %; “<” is an upper limit, which takes part as such"),
+            ("Intervals", f"{100 * result.confidence:g} %; “<” is an upper limit, and is used as such"),
             ("Tests", f"{100 * result.level:g} %; p is adjusted for the number of tests"),
             ("Slow noise as", ", ".join(f"{c.name}: {families[c.family]}" for c in result.channels)),
         ]
@@ -257,7 +258,7 @@ def _records(result: Comparison) -> Iterator[PageBlock]:
 
 def _method() -> list[PageBlock]:
     return [
-        Text("Each record says of a parameter how much worse its fit gets away from the best value:"),
+        Text("For each record, the loss of the fit away from the best value of a parameter is:"),
         *equation("compared"),
         Text(_METHOD),
         References(_REFERENCES),

@@ -53,25 +53,26 @@ __all__ = ["rows", "view"]
 _MOST_DWELLS = 400
 
 _RUNNING = (
-    "The estimate as the record grows, with its interval: regression and pairs. The line is the known rate. The width "
-    "of the band is what the noise allows at each moment, whatever the estimate does."
+    "The estimate as the record grows, with its interval: regression and pairs. The line is the known "
+    "rate. The width of the band is the uncertainty from the noise at each time, independent of the estimate."
 )
 _DEAD_TIME = (
-    "The estimate for other times left out after each turn. A slope to the left says that something goes on after the "
-    "turns."
+    "The estimate for other dead times after each turn. A slope at the left means that a disturbance "
+    "continues after the turns."
 )
 _COHERENT = (
-    "A bias that follows the turns exactly (magnetic field, gravity on a leaning table) cannot be told from the Earth "
-    "by any estimator: only a contradiction to the known rate, or dwells to the east and west, would show it."
+    "No estimator can separate a bias that follows the turns exactly (magnetic field, gravity on a tilted "
+    "table) from the Earth's rotation. Only a contradiction with the known rate, or dwells to the east "
+    "and west, would show it."
 )
 _COHERENT_OVER = (
-    "A bias that follows the turns exactly cannot be told from the Earth by any estimator. Gravity along the axis is "
-    "reversed with it, so its g-sensitivity is such a bias; a magnetic field may make another. Only a contradiction to "
-    "the known rate shows them."
+    "No estimator can separate a bias that follows the turns exactly from the Earth's rotation. Gravity "
+    "along the axis reverses with it, so the g-sensitivity is such a bias; a magnetic field may cause "
+    "another. Only a contradiction with the known rate shows them."
 )
 _GRAVITY = (
     "Turning the axis over reverses gravity along it: a g-sensitivity adds its value times 1 g over the sine of the "
-    "latitude to the Earth rate, and no column tells the two apart."
+    "latitude to the Earth rate, and the two are not separable."
 )
 
 
@@ -147,15 +148,15 @@ def _pictures(result: EarthRateEstimate) -> Iterator[PageBlock]:
     value, (plus, minus) = signed(result.rate, DEG_H, 2), sides_of(result.first)
     dwells = (
         f"The means of the dwells, {plus} and {minus}: their distance is twice the Earth rate times the "
-        f"{function_of_latitude(result.first)} of the latitude. What both have in common is the bias and its drift."
+        f"{function_of_latitude(result.first)} of the latitude. The common part is the bias and its drift."
     )
     shown = {
         "running": (_RUNNING, f"Running estimate of the Earth rate, ending at {value} deg/h."),
         "dwells": (dwells, f"Mean rate of each dwell against time, {plus} and {minus} apart."),
-        "residuals": ("What the fit leaves of each dwell.", "Residuals of the dwells against time."),
+        "residuals": ("Residual of each dwell.", "Residuals of the dwells against time."),
         "dead-time": (_DEAD_TIME, "Estimate of the Earth rate against dead time."),
         "estimators": (
-            "The estimators side by side with their intervals, and the known rate.",
+            "The estimators with their intervals, and the known rate.",
             "Estimates of the Earth rate by regression, pairs and triples.",
         ),
     }
@@ -168,7 +169,7 @@ def _pictures(result: EarthRateEstimate) -> Iterator[PageBlock]:
 def _checks(result: EarthRateEstimate) -> Iterator[PageBlock]:
     yield from checks_table(
         check_wordings(result.checks),
-        "Questions put to what the fit leaves. Chance: of so large a value if the noise model holds.",
+        "Checks of the residuals. Chance: the probability of so large a value if the noise model is right.",
     )
     separable = not math.isnan(result.rate)
     bias = with_sd(*result.bias, "deg/h", DEG_H)
@@ -200,7 +201,7 @@ def _record(document: ResultDocument[EarthRateEstimate]) -> Iterator[PageBlock]:
         view="record",
         recording=None if overview is None else overview.to_json(),
     )
-    unknown = "not known: the sign of the rate is a choice (--first north, south, up or down)"
+    unknown = "unknown: the sign of the rate is arbitrary (--first north, south, up or down)"
     yield pairs(
         [
             ("Turns", turn_words(result.reversals)),
@@ -227,7 +228,7 @@ def _dwells(result: EarthRateEstimate) -> list[PageBlock]:
     ]
     more = len(result.dwells) - len(lines)
     caption = f"The first {_MOST_DWELLS} dwells; {more} more are in dwells.csv." if more > 0 else ""
-    heads = ("Dwell", "From, to [s]", "Axis", "Mean [deg/h]", "Left by the fit [deg/h]")
+    heads = ("Dwell", "From, to [s]", "Axis", "Mean [deg/h]", "Residual [deg/h]")
     return table(heads, lines, caption=caption)
 
 
@@ -236,22 +237,23 @@ def _method(result: EarthRateEstimate) -> list[PageBlock]:
     axis, (plus, minus) = "vertical" if over else "horizontal", sides_of(result.first)
     return [
         Text(
-            f"One {axis} axis at the latitude φ, pointing {plus} or {minus}, sees the {axis} part of the Earth's "
-            "rotation, its bias, and noise:"
+            f"One {axis} axis at the latitude φ, pointing {plus} or {minus}, senses the {axis} part of "
+            f"the Earth's rotation, its bias, and noise:"
         ),
         *equation("turned_over" if over else "turned"),
         *([Text(_GRAVITY)] if over else []),
         Text(
-            "The columns x are what is fitted beside the rate, if anything: a rotation that settles after each turn, a "
-            "warm-up, a temperature. The coefficients follow by generalized least squares, V being the covariance of "
-            "the noise model; a Kalman filter of the noise whitens the means of the blocks:"
+            "The columns x are the optional further regressors: a rotation that settles after each turn, "
+            "a warm-up, a temperature. The coefficients follow by generalized least squares with V, the "
+            "covariance of the noise model; a Kalman filter of the noise whitens the means of the blocks:"
         ),
         *equation("least_squares"),
-        Text("Beside it stand the estimator of the seed paper, and one in which a linear drift cancels:"),
+        Text("For comparison: the estimator of the seed paper, and one in which a linear drift cancels:"),
         *equation("pairs_over" if over else "pairs"),
         Text(
-            "If the dwells scatter more than the noise model says (chance below 1 %), the standard deviation is "
-            "multiplied by the root of chi-square over its expectation. A rate below three standard deviations is "
+            "If the dwells scatter more than the noise model predicts (p below 1 %), the standard "
+            "deviation is multiplied by the root of chi-square over its expectation. A rate below three "
+            "standard deviations is "
             "“not resolved”; one whose interval excludes the known rate is “inconsistent with Earth”."
         ),
         References([SEED, ROSENBERG, BIRGE]),

@@ -29,8 +29,8 @@ _REFERENCES = (
     "M. A. Krasnosel’skii, A. V. Pokrovskii, “Systems with hysteresis”, Springer (1989), chapter 1.",
 )
 _PICTURE = (
-    "The signal against the temperature, warming and cooling apart; the Allan deviation before and after; the "
-    "signal over time."
+    "The signal against the temperature, with warming and cooling separated; the Allan deviation before "
+    "and after; the signal over time."
 )
 #: Averaging times at which a table tells what was removed, at most.
 _ROWS = 6
@@ -67,8 +67,8 @@ def _verdict(estimate: EnvironmentFacts) -> Iterator[PageBlock]:
 
 def _effect(estimate: EnvironmentFacts) -> list[PageBlock]:
     caption = (
-        f"{estimate.channel}: Allan deviation of the block means, of what was removed with its error of "
-        "one standard deviation, and the part of the noise that is left, by which the curve is corrected."
+        f"{estimate.channel}: Allan deviation of the block means, of the removed signal with one standard "
+        f"deviation, and the remaining fraction of the noise, by which the curve is corrected."
     )
     return effect_table(estimate, caption)
 
@@ -256,23 +256,23 @@ def _effect_lines(estimate: EnvironmentFacts) -> list[tuple[str, str, str, str, 
 def _method() -> list[PageBlock]:
     return [
         Text(
-            "The means of some 1500 blocks are fitted by generalized least squares with a level, a drift, the "
-            "temperature, its square, its rate and, where a warm-up is modeled, exponentials of the time. The noise, "
-            "white noise, flicker and random walk, is fitted beside them by the likelihood of the contrasts that no "
-            "coefficient enters; intervals are averaged over what the record leaves open of it. All columns take part "
-            "in every interval; only what is resolved is removed, from every sample, with the temperature smoothed "
-            "and interpolated. The drift stays: a sensor may drift by itself."
+            "The means of about 1500 blocks are fitted by generalized least squares with a level, a "
+            "drift, the temperature, its square, its rate and, if a warm-up is modeled, exponentials in "
+            "time. White noise, flicker and random walk are fitted by the restricted likelihood; "
+            "intervals are averaged over their uncertainty. All columns contribute to every interval. "
+            "Only resolved effects are removed, from every sample, with the temperature smoothed and "
+            "interpolated. The drift stays: it may be that of the sensor."
         ),
         Text(
-            "A lag of the thermometer and a bias by the rate of the temperature are one column; the lag is their "
-            "ratio, with Fieller’s interval. Hysteresis is tested beside the rate, with the play operator as its "
-            "column. A warm-up is found where the best of several exponentials is larger than noise allows, at the "
-            "price of having tried all of them."
+            "A lag of the thermometer and a bias proportional to the rate of temperature share one "
+            "column; the lag is their ratio, with Fieller’s interval. Hysteresis is tested together with "
+            "the rate, with the play operator as its column. A warm-up is detected if the best of several "
+            "exponentials exceeds the noise, allowing for the number of trials."
         ),
         Text(
-            "A regression also removes noise that looks like the effect. How much is known from the covariance of "
-            "its coefficients, and the Allan curve of the residual is divided by what is left; where that is not "
-            "within a quarter of the whole, the lag does not enter a noise model."
+            "A regression also removes noise that looks like the effect. The covariance of its "
+            "coefficients gives the loss, and the Allan variance of the residual is divided by the "
+            "remaining fraction. Lags with a loss of more than a quarter do not enter a noise model."
         ),
         References(_REFERENCES),
     ]

@@ -85,7 +85,7 @@ def _horizontal(result: NorthEstimate) -> tuple[str, str, str]:
     """The horizontal rate, its interval and the expected rate in deg/h; a dash where one component alone is seen."""
     rate, expected = result.horizontal, number(result.expected_rate / DEG_H, 4)
     if not rate.resolved:
-        return "–", "not bounded: not both components are seen", expected
+        return "–", "unbounded: only one component is resolved", expected
     middle, lower, upper = interval(*(v / DEG_H for v in (rate.value, rate.lower, rate.upper)))
     return middle, f"[{lower}, {upper}]", expected
 
@@ -98,14 +98,14 @@ def _mirrored(result: NorthEstimate) -> str:
     if len(result.axes) > 1:
         return ""
     what = "headings count" if result.rotation is None else "the rotation counts"
-    return f"{what} clockwise seen from above; counted the other way the azimuth comes out mirrored"
+    return f"{what} clockwise seen from above; with the opposite sense the azimuth is mirrored"
 
 
 def _pictures(result: NorthEstimate) -> dict[str, tuple[str, str]]:
     compass = f"Compass: {_azimuth(result)}, interval {arcs_words(result.interval)}."
     return {
-        "compass": ("The azimuth with the directions that the record does not contradict.", compass),
-        "running": ("The azimuth as the record grows.", "Running estimate of the azimuth."),
+        "compass": ("The azimuth with its interval.", compass),
+        "running": ("The running estimate of the azimuth.", "Running estimate of the azimuth."),
     }
 
 
@@ -129,14 +129,14 @@ def _record(result: NorthEstimate, axes: str) -> PageBlock:
 def _method() -> list[PageBlock]:
     return [
         Text(
-            "Axis i, at the heading α from the mark, sees the horizontal part of the Earth's rotation at azimuth ψ:"
+            "Axis i, at the heading α from the mark, senses the horizontal part of the Earth's rotation at azimuth ψ:"
         ),
         *equation("north"),
         Text(
-            "The two components of that vector and the bias of each axis are fitted by generalized least squares in "
-            "the noise of the model. The length of the vector is not taken from the latitude: that it agrees is a "
-            "check. A direction is not a number on a line: the interval may wrap, and it is the whole circle where no "
-            "signal is seen."
+            "The two components of that vector and the bias of each axis are fitted by generalized least "
+            "squares with the noise model. The magnitude of the vector does not use the latitude, so its "
+            "agreement is a check. A direction is an angle: its interval may wrap, and it is the whole "
+            "circle if no signal is resolved."
         ),
         *equation("least_squares"),
         References([ROSENBERG]),

@@ -16,7 +16,7 @@ from allanite.views.wording import angle, budget_lines, check_wordings, model_wo
 
 __all__ = ["view"]
 
-_UNSTATED = "The interval holds the noise alone: no uncertainty of heading or tilt is stated."
+_UNSTATED = "The interval includes only the noise: no uncertainty of heading or tilt is stated."
 
 
 def view(document: ResultDocument[EastWestNull]) -> Page:
@@ -79,7 +79,7 @@ def _record(document: ResultDocument[EastWestNull]) -> Iterator[PageBlock]:
         yield from drawn(
             "record-figure",
             result.reversals,
-            "The record: lowest and highest value of each block.",
+            "The record: minimum and maximum of each block.",
             f"Raw record of {result.channel}.",
             recording=overview.to_json(),
         )
@@ -90,12 +90,13 @@ def _record(document: ResultDocument[EastWestNull]) -> Iterator[PageBlock]:
 def _method() -> list[PageBlock]:
     return [
         Text(
-            "Between east and west the horizontal part of the Earth's rotation does not change. What still follows the "
-            "turns is an error that between north and south would be taken for the Earth:"
+            "Between east and west the horizontal part of the Earth's rotation does not change. Anything "
+            "that still follows the turns is an error that would look like the Earth's rotation between "
+            "north and south:"
         ),
         *equation("null_test"),
         Text(
-            "Positions within 45° of east or west are used. The test sees a bias that changes between these two: one "
-            "that points along north and south on the ground shows in the Earth rate and not here."
+            "Positions within 45° of east or west are used. The test detects a bias that changes between "
+            "these two. A bias that changes between north and south affects the Earth rate but does not show here."
         ),
     ]

@@ -67,7 +67,7 @@ def _verdict(document: ResultDocument[Plan]) -> Iterator[PageBlock]:
         brief=True,
     )
     if result.budget:
-        yield Text("What no length of record reduces:")
+        yield Text("Uncertainties that a longer record does not reduce:")
         yield pairs([(name, _stated(result, value)) for name, value in result.budget.items()], brief=False)
     yield pairs(
         [
@@ -110,8 +110,8 @@ def _pictures(result: Plan) -> list[PageBlock]:
 def _method(document: ResultDocument[Plan]) -> list[PageBlock]:
     return [
         Text(
-            "The covariance of a regression depends on the noise, the turns and the clock, not on the data. So it is "
-            "computed from the columns alone, by the filter that would whiten the record; no sample is needed:"
+            "The covariance of a regression depends on the noise, the turns and the sampling, not on the "
+            "data. So it is computed from the columns alone, with the whitening filter; no samples are needed:"
         ),
         *equation("least_squares"),
         pairs(

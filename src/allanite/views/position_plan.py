@@ -32,7 +32,7 @@ FEDOROV = "V. V. Fedorov, “Theory of Optimal Experiments”, Academic Press (1
 _PICTURES = {
     "sphere": "What points up in each position.",
     "length": "Standard deviations over their goals, by length of the record.",
-    "schemes": "This plan and the usual schemes.",
+    "schemes": "This plan and common schemes.",
 }
 
 
@@ -75,7 +75,7 @@ def _verdict(result: PositionPlan) -> Iterator[PageBlock]:
     yield from table(
         ("Scheme", "Reaches the goals after", "sd over goal in this time", "Not determined"),
         [*_schemes(result)],
-        caption="The usual schemes beside it, with equal rests.",
+        caption="Common schemes with equal rests, for comparison.",
     )
 
 
@@ -129,12 +129,12 @@ def parameter_unit(name: str) -> tuple[str, float]:
 
 
 def _method(result: PositionPlan) -> list[PageBlock]:
-    words = "The covariance is that which the alignment itself will state, computed without a sample."
+    words = "The covariance is the one that the alignment will state, computed without samples."
     if result.what == "calibration":
         words = (
-            "The covariance depends on the positions, the turns and the noise models, not on the data: it is that "
-            "which the calibration itself will state. Positions are added one by one, each the one that helps most; "
-            "then they are exchanged for others, left out or held longer as long as that shortens the record."
+            "The covariance depends on the positions, the turns and the noise models, not on the data: it "
+            "is the one that the calibration will state. Positions are added one by one, always the most "
+            "useful one. They are then exchanged, dropped or prolonged as long as this shortens the record."
         )
     return [Text(words), *equation("least_squares"), References([FEDOROV])]
 

@@ -40,7 +40,7 @@ from allanite.views.wording import (
 __all__ = ["rows", "view"]
 
 _UNSTATED = (
-    "The interval of the scale factor holds the noise alone: no uncertainty of the table's rate is stated."
+    "The interval of the scale factor includes only the noise: no uncertainty of the table rate is stated."
 )
 #: An entry of a budget below this part of the largest is none.
 _NEGLIGIBLE = 1e-2
@@ -55,15 +55,15 @@ _LABELS = {
 }
 _PICTURES = {
     "response": (
-        "The response less its best straight line. Where the band holds zero, the line is as good as the curve.",
+        "The response less its best straight line. Where the band includes zero, the line is as good as the curve.",
         "Deviation of the response from a straight line against the rate of the table.",
     ),
     "steps": (
-        "What the fit leaves of each step: repeats that drift apart show here.",
-        "Residuals of the steps in the order of time.",
+        "Residuals of each step: diverging repeats show here.",
+        "Residuals of the steps in chronological order.",
     ),
     "drift": ("The slow noise of the sensor through the record.", "Slow noise against time."),
-    "noise": ("Whether the noise grows with the rate.", "Noise over that of the model against the rate."),
+    "noise": ("Whether the noise grows with the rate.", "Noise relative to the model, against the rate."),
 }
 
 
@@ -110,7 +110,7 @@ def _verdict(result: RateTableEstimate) -> Iterator[PageBlock]:
     yield from table(
         ("Response", "Value", percent, "Unit", "Answer"),
         list(lines.values()),
-        caption="Ratios of curvature are over the scale factor times the largest rate.",
+        caption="Curvature ratios are relative to the scale factor times the largest rate.",
         kept=[name == "scale factor" for name in lines],
     )
     yield from _budget(result)
@@ -161,7 +161,7 @@ def _budget(result: RateTableEstimate) -> Iterator[PageBlock]:
     yield from table(
         ("Source", "Standard uncertainty of the scale factor, ppm"),
         [(name, number(v / PPM, 3)) for name, v in (*budget, (TOGETHER, whole))],
-        caption="Where the uncertainty comes from.",
+        caption="Uncertainty budget.",
         kept=[False] * len(budget) + [True],
     )
 
@@ -217,9 +217,7 @@ def _frequencies(result: RateTableEstimate) -> Iterator[PageBlock]:
     yield from drawn(
         "frequency", result, "Gain and phase.", "Gain and phase against frequency.", view="frequency"
     )
-    yield from table(
-        heads, lines, caption="A clock that is late looks like a phase that grows with the frequency."
-    )
+    yield from table(heads, lines, caption="A clock offset looks like a phase that grows with frequency.")
 
 
 def _checks(result: RateTableEstimate) -> Iterator[PageBlock]:
@@ -278,15 +276,15 @@ def _fitted(result: RateTableEstimate) -> str:
 def _method() -> list[PageBlock]:
     return [
         Text(
-            "The output of the sensor against the rate x of the table, u being x over the largest rate, in the noise "
-            "of the model:"
+            "The output of the sensor against the table rate x, with u = x over the largest rate and "
+            "noise from the model:"
         ),
         *equation("rate_table"),
         Text(
-            "Level, slope and curvature are fitted by generalized least squares. The curvature enters less its best "
-            "straight line, so that the scale factor is the slope of the best straight line through the response; the "
-            "bias is the response at rest. Where the rate changes all the time, the delay between the clocks is one "
-            "more coefficient, and its uncertainty is in all the others."
+            "Level, slope and curvature are fitted by generalized least squares. The best straight line "
+            "is removed from the curvature, so the scale factor is the slope of the best straight line "
+            "through the response; the bias is the response at rest. If the rate changes continuously, "
+            "the delay between the clocks is a further coefficient, and its uncertainty enters all the others."
         ),
         *equation("least_squares"),
         References([ROSENBERG]),

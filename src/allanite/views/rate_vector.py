@@ -21,8 +21,8 @@ from allanite.views.wording import angle, budget_lines, check_wordings, estimate
 
 __all__ = ["rows", "view"]
 
-_UNSTATED = "The interval holds the noise alone: no uncertainty of scale factor or bias is stated."
-_QUESTIONS = "Questions put to the vector. Chance: of so large a value if the answer is yes."
+_UNSTATED = "The interval includes only the noise: no uncertainty of scale factor or bias is stated."
+_QUESTIONS = "Checks of the vector. Chance: the probability of so large a value if the answer is yes."
 
 
 def view(document: ResultDocument[RateVector]) -> Page:
@@ -75,7 +75,7 @@ def _verdict(result: RateVector) -> Iterator[PageBlock]:
     yield from table(
         ("Axis", "deg/h", "Standard deviation, deg/h", "Angle to the vector"),
         [*_axes(result)],
-        caption="The vector in the axes of the sensor; standard deviations by the noise.",
+        caption="The vector in the axes of the sensor; standard deviations from the noise.",
     )
     fine = {name: value for name, value in result.budget.items() if value or name != "resolution"}
     yield from rate_budget(budget_lines(fine)) or [Text(_UNSTATED, note=True, brief=True)]
@@ -99,13 +99,13 @@ def _axes(result: RateVector) -> Iterator[tuple[str, str, str, str]]:
 _PICTURES = {
     "length": (
         (
-            "The length of what the three gyros see, bias and Earth together, and the known rate of the Earth. No "
-            "latitude, heading or leveling is in it."
+            "The magnitude of the measured vector, bias plus Earth rate, and the known rate of the Earth. "
+            "It needs no latitude, heading or leveling."
         ),
-        "Length of the rate vector with its interval beside the known rate.",
+        "Magnitude of the rate vector with its interval, and the known rate.",
     ),
     "means": (
-        "The means of the quiet parts, axis by axis: a drift, a warm-up or a turn that was missed would show here.",
+        "The means of the quiet parts, by axis: a drift, a warm-up or a missed turn would show here.",
         "Means of the quiet cells of each axis against time.",
     ),
 }
@@ -120,7 +120,7 @@ def _record(document: ResultDocument[RateVector], noise: str) -> Iterator[PageBl
     yield from drawn(
         "record-figure",
         result,
-        "The record: lowest and highest value of each block. What is at rest was found by the tool.",
+        "The record: minimum and maximum of each block. The parts at rest were detected in the signal.",
         f"Record of {', '.join(result.channels)}; {used}.",
         view="record",
         recording=document.overviews,
@@ -191,20 +191,20 @@ def _checks(result: RateVector) -> Iterator[PageBlock]:
 def _method() -> list[PageBlock]:
     return [
         Text(
-            "Three gyros at right angles see the whole rotation of the Earth, whatever their attitude C, and their "
-            "biases. The length of the Earth's part needs no latitude, heading or level:"
+            "Three orthogonal gyros sense the full rotation of the Earth in any attitude C, plus their "
+            "biases. The magnitude of the Earth's part needs no latitude, heading or leveling:"
         ),
         *equation("rate_vector"),
         Text(
-            "The record is cut into cells. A cell in which an axis moves more than in the quiet ones, at any time "
-            "scale, or whose mean is off theirs, is left out with its neighbors. The level of what is left is fitted "
-            "in the noise of each axis, by a model that is given or, without one, by the noise of the quiet parts "
-            "themselves averaged over all that they allow. The part that noise adds to the length of a mean is "
-            "removed. The interval is Student's, and no narrower than the scatter of batches of cells."
+            "The record is divided into cells. A cell in which an axis moves more than in the quiet "
+            "cells, at any time scale, or whose mean deviates, is left out with its neighbors. The level "
+            "of the rest is fitted with the noise of each axis, from the given model or from the quiet "
+            "parts themselves, averaged over its uncertainty. The bias of the magnitude due to noise is "
+            "removed. The interval uses Student's t, and is no narrower than the scatter of batches of cells."
         ),
         Text(
-            "A length that agrees with the Earth is no proof that the biases are small: they may happen to make it up. "
-            "The angle to gravity, and the same length in several poses, are what speaks against that."
+            "Agreement with the Earth rate does not prove that the biases are small: they may match it by "
+            "chance. The angle to gravity, and the same magnitude in several attitudes, are evidence against that."
         ),
     ]
 

@@ -40,14 +40,14 @@ BIRGE = (
 TOGETHER = "together"
 """What the whole of a budget is called."""
 _NEGLIGIBLE = 1e-3  # part of the whole below which an angle has no line in a budget
-_QUESTIONS = "Questions put to what the fit leaves. Chance: of so large a value if the noise model holds."
+_QUESTIONS = (
+    "Checks of the residuals. Chance: the probability of so large a value if the noise model is right."
+)
 
 
 def contradiction_banners(findings: Iterable[Finding]) -> list[PageBlock]:
     """Where the signal contradicts the turns that were given."""
-    return [
-        Banner("fatal", "Signal and list contradict each other.", words) for words in contradictions(findings)
-    ]
+    return [Banner("fatal", "Signal and list disagree.", words) for words in contradictions(findings)]
 
 
 def estimates_table(lines: Iterable[EarthRateWording], caption: str, interval: str = "") -> list[PageBlock]:
@@ -85,7 +85,7 @@ def rate_budget(rows: Sequence[tuple[str, str, str]]) -> list[PageBlock]:
     return table(
         ("Source", "Standard uncertainty, deg/h", "Of the Earth rate"),
         rows,
-        caption="Where the interval comes from.",
+        caption="Origin of the interval.",
         kept=[name == TOGETHER for name, _, _ in rows],
     )
 
@@ -100,6 +100,6 @@ def angle_budget(budget: Mapping[str, float], what: str) -> list[PageBlock]:
     return table(
         ("Source", f"Standard uncertainty of the {what}, deg"),
         [(name, number(value / DEG, 3)) for name, value in rows],
-        caption="Where the uncertainty comes from.",
+        caption="Uncertainty budget.",
         kept=[name == TOGETHER for name, _ in rows],
     )

@@ -22,9 +22,9 @@ __all__ = ["rows", "view"]
 _STEPS, _MOST_PAIRS = 4, 10
 
 _PICTURES = {
-    "parity": "Parity of the sensors over time: what contradicts them stands above the threshold.",
-    "deviation": "Allan deviation of the combined axes beside the best sensor.",
-    "gain": "How many times better than the best sensor.",
+    "parity": "Parity of the sensors over time: faults exceed the threshold.",
+    "deviation": "Allan deviation of the combined axes and of the best sensor.",
+    "gain": "Improvement over the best sensor.",
 }
 _REFERENCES = (
     (
@@ -119,13 +119,13 @@ def _noise(result: Combination) -> Iterator[PageBlock]:
             )
             for i, name in enumerate(result.channels)
         ],
-        caption="What each sensor gives to each axis. Constant differences are removed first.",
+        caption="Weight of each sensor in each axis. Constant differences are removed first.",
     )
     percent = f"{100 * result.confidence:g} % interval"
     yield from table(
         ("Averaging", "Axis", "Allan deviation", f"Gain, {percent}", "Predicted", "Lost"),
         [*_gains(result)],
-        caption="Gain over the best sensor; lost: what weights made for that time would be better by.",
+        caption="Gain over the best sensor; lost: the further gain with weights for that averaging time.",
     )
     yield from table(
         ("Sensors", "Correlation", "of means over"),
@@ -167,16 +167,16 @@ def _times(result: Combination) -> list[int]:
 
 def _method() -> list[PageBlock]:
     return [
-        Text("Each sensor shows what is measured along its axis, and its own noise:"),
+        Text("Each sensor gives the quantity along its axis, plus its own noise:"),
         *equation("redundant"),
         Text(
-            "The weights W are the best linear unbiased ones for one averaging time, constant in time: what is "
-            "measured passes unchanged at every frequency, and the noise of the combined axes is a sum of terms that "
-            "every other command takes. The parity p does not depend on what is measured. Under the noise models it is "
-            "whitened by the filter of all sensors' states, so each window is an independent chi-square; the false "
-            "alarms of all windows together stay below the stated rate. An alarm is explained by the fault that raises "
-            "the likelihood most: step, drift, spike, more noise. Sensors that explain it nearly as well stay "
-            "candidates."
+            "The weights W are the best linear unbiased ones for one averaging time, constant in time: "
+            "the measurand passes unchanged at every frequency, and the noise of the combined axes is a "
+            "sum of terms that every other command takes. The parity p does not depend on the measurand. "
+            "A filter of the states of all sensors whitens it, so each window is an independent "
+            "chi-square; the overall false-alarm rate stays below the stated rate. The fault that raises "
+            "the likelihood most explains an alarm: step, drift, spike, increased noise. Sensors that "
+            "explain it nearly as well remain candidates."
         ),
         References(_REFERENCES),
     ]

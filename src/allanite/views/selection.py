@@ -61,7 +61,7 @@ def view(document: ResultDocument[TermSelection]) -> Page:
     return result_page(
         document,
         title=(made.source if made else "") or "Which terms",
-        kicker="Which sum of noise terms does the record support, and how sure is that?",
+        kicker="Which sum of noise terms does the record support, and with what confidence?",
         facts=[
             ("Channels", ", ".join(c.name for c in result.channels)),
             ("Length", duration(result.channels[0].duration)),
@@ -93,15 +93,15 @@ def _verdict(result: TermSelection) -> Iterator[PageBlock]:
 def _sets(result: TermSelection, i: int) -> Iterator[PageBlock]:
     channel = result.channels[i]
     name, chosen = channel.name, [channel.name]
-    words = f"{name}: weight of every set of terms that was tried."
+    words = f"{name}: weight of every tested set of terms."
     yield from drawn(f"weights-{i}", result, words, words, view="weights", channels=chosen)
-    words = f"{name}: Allan deviation with its interval, and that of the first sets of terms."
+    words = f"{name}: Allan deviation with its interval, and that of the best sets of terms."
     yield from drawn(f"curves-{i}", result, words, words, view="curves", channels=chosen)
     lines = [_set_row(channel, ranked) for ranked in channel.candidates[:_MOST]]
     yield from table(
         (name, "Weight", "Score", "Parameters", "Goodness"),
         lines,
-        caption="Score: 2 ln L less the prices of the terms, below that of the best.",
+        caption="Score: 2 ln L less the penalties of the terms, relative to the best set.",
         kept=[row == 0 for row in range(len(lines))],
     )
     best, shortest = channel.best, duration(channel.shortest)
@@ -113,7 +113,7 @@ def _sets(result: TermSelection, i: int) -> Iterator[PageBlock]:
             ("Goodness of the best", f"χ² {best.chi2:.0f} ({best.dof} expected), {probability(best.p)}"),
             (
                 "Left out",
-                f"what happens within {shortest}, which no sum of terms explains" if left_out else "",
+                f"averaging times below {shortest}, which no sum of terms explains" if left_out else "",
             ),
         ]
     )
@@ -152,8 +152,8 @@ def _terms(result: TermSelection, channel: ChannelSelection) -> Iterator[PageBlo
     yield from table(
         ("Term", "In sets of weight", f"{100 * result.confidence:g} % interval over all sets"),
         [*_term_rows(channel)],
-        caption="Intervals of the terms of the best set; zero within the interval makes it an upper limit. How "
-        "large an absent term may be, is a question for the fit.",
+        caption="Intervals of the terms of the best set; an interval that includes zero is an upper "
+        "limit. For the limit of an absent term, use the fit.",
     )
     unit, factor = display_unit(channel.kind, "mean", channel.unit)
     yield from table(
@@ -167,7 +167,7 @@ def _terms(result: TermSelection, channel: ChannelSelection) -> Iterator[PageBlo
             )
             for line in channel.lines
         ],
-        caption="What every line gains in 2 ln L, and what it must.",
+        caption="Gain of every line in 2 ln L, and the required gain.",
     )
 
 
@@ -194,21 +194,20 @@ def _method() -> list[PageBlock]:
     return [
         Text(
             "Every sum of terms is a candidate: quantization, white noise, flicker, up to two Gauss-Markov terms, "
-            "random walk, ramp. The likelihood of the samples is maximized for each set that is tried, from set to "
-            "set until none that is one step away is better. A set scores and weighs"
+            "random walk, ramp. The likelihood of the samples is maximized for each tested set, from set "
+            "to set until no neighbor is better. Score and weight of a set are"
         ),
         *equation("selection"),
         Text(
-            "The price c of a term is what the likelihood gains in one record out of a hundred when the term is "
-            "absent: 5.41 for a variance, which cannot be negative; 9.5 for a Gauss-Markov term, whose correlation "
-            "time is free, and which with a long one passes for a random walk; 9.5 for a ramp, which weak slow noise "
-            "imitates; "
-            "for a spectral line by the number of frequencies that it was looked for at. A term too weak to be seen "
-            "can never be excluded: every absent one keeps some percent of the weight."
+            "The penalty c of a term is the gain in likelihood that an absent term exceeds in one record "
+            "out of a hundred: 5.41 for a variance, which cannot be negative; 9.5 for a Gauss-Markov "
+            "term, whose correlation time is free, and which can imitate a random walk; 9.5 for a ramp, "
+            "which weak slow noise imitates; for a spectral line, by the number of frequencies searched. "
+            "A term too weak to detect can never be excluded: every absent term keeps a few percent of the weight."
         ),
         Text(
-            "The intervals of the parameters are quantiles of the mixture of all sets by their weight. Intervals "
-            "that take the chosen set for granted would cover too little."
+            "The intervals of the parameters are quantiles of the mixture of all sets by weight. "
+            "Intervals for the chosen set alone would have too little coverage."
         ),
         References(_REFERENCES),
     ]

@@ -32,15 +32,16 @@ _REFERENCES = (
     "S. Weerahandi, “Generalized confidence intervals”, J. Am. Stat. Assoc. 88 (1993) 899.",
 )
 _METHOD = (
-    "Two sensors: their covariance is the variance of the common part. Three: the own noise follows from the "
-    "variances of the differences (three-cornered hat), whatever all three share. An estimate may come out "
+    "Two sensors: their covariance is the variance of the common part. Three sensors: the individual "
+    "noise follows from the variances of the differences (three-cornered hat), whatever all three share. "
+    "An estimate may come out "
     "negative; its interval then reaches zero and its upper end is an upper limit. Degrees of freedom come "
-    "from the exact variance of every estimate under the noise terms of all parts; the interval is that of a "
-    "covariance with so many degrees of freedom, right also near zero."
+    "from the exact variance of every estimate under the noise terms of all parts; the interval is that "
+    "of a covariance with these degrees of freedom, and is valid near zero, too."
 )
 _PICTURES = {
-    "parts": "Allan deviation of what each sensor has alone, and of what all share.",
-    "correlation": "Correlation of the sensors over the averaging time.",
+    "parts": "Allan deviation of the individual noise of each sensor, and of the common part.",
+    "correlation": "Correlation of the sensors against averaging time.",
 }
 
 
@@ -72,7 +73,7 @@ def _verdict(result: Separation) -> Iterator[PageBlock]:
             ("Sensors", ", ".join(result.channels)),
             ("Other way round", ", ".join(result.opposite)),
             ("All pairs share the same", alike),
-            ("Left out", f"{missing} samples that not all sensors have" if missing else ""),
+            ("Left out", f"{missing} samples missing in at least one sensor" if missing else ""),
             ("Length", duration(result.duration)),
         ]
     )
@@ -100,7 +101,7 @@ def _noise(result: Separation) -> Iterator[PageBlock]:
             [title, *(_term(part.model.estimate(s), units[s][1]) for s in _TERMS)]
             for title, part in zip(titles, result.parts, strict=True)
         ],
-        caption=f"Terms with their {percent} intervals, each with all others free; “<” is an upper limit.",
+        caption=f"Terms with their {percent} intervals, with all other terms free; “<” is an upper limit.",
     )
 
 

@@ -47,12 +47,12 @@ _REFERENCES = (
     "A. Sykulski et al., “The debiased Whittle likelihood”, Biometrika 106 (2019) 251.",
 )
 _METHOD = (
-    "Its interval is chi-square, with the degrees of freedom that window and overlap leave. A model is drawn "
-    "as these segments would show it: its density folded by sampling, averaged over the window. Isolated "
-    "missing samples are bridged by their expected value, and the density of its errors is added: the "
-    "chi-square law is that of the rest, and the interval holds the error of what was added. Segments that "
-    "hold longer gaps are left out. A line is steady when its amplitude and phase, part by part of the "
-    "record, scatter no more than the noise around it explains; then it is a sinusoid, and can be taken out."
+    "Its interval is chi-square, with the degrees of freedom for window and overlap. A model is drawn as "
+    "these segments would show it: its density aliased by sampling and averaged over the window. Isolated "
+    "missing samples are replaced by their expected value, and the density of the error is added: the "
+    "chi-square distribution applies to the rest, and the interval includes the error of the addition. "
+    "Segments with longer gaps are left out. A line is steady if the noise around it explains the scatter "
+    "of its amplitude and phase between parts of the record; it is then a sinusoid and can be removed."
 )
 
 
@@ -90,7 +90,7 @@ def _spectra(result: Spectra) -> Iterator[PageBlock]:
 
 def _lines(channels: Iterable[ChannelSpectrum]) -> list[PageBlock]:
     lines = [row for c in channels for row in line_rows(c.name, c.kind, c.unit, c.spectrum.lines)]
-    caption = "Lines with 95 % intervals. Chance: that noise alone shows such a peak."
+    caption = "Lines with 95 % intervals. Chance: the probability of such a peak from noise alone."
     return table(LINE_HEADS, lines, caption=caption)
 
 
@@ -160,7 +160,7 @@ def _facts(channel: ChannelSpectrum, document: ResultDocument[Spectra]) -> Itera
             for f in document.findings or ()
             if f.code == "no_noise_resolved" and f.channel == channel.name
         ]
-        yield "Points", f"none: {(*reasons, 'the record, or what gaps leave of it, is too short')[0]}"
+        yield "Points", f"none: {(*reasons, 'the record, or the longest part without gaps, is too short')[0]}"
         return
     how = _METHODS[spectrum.method]
     if spectrum.method == "welch":

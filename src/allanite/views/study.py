@@ -73,33 +73,33 @@ from allanite.views.wording import (
 
 __all__ = ["parameter_blocks", "view"]
 
-_IEEE = "B is the IEEE 952 coefficient: the floor of the curve over 0.664."
+_IEEE = "B is the IEEE 952 coefficient: the floor of the curve divided by 0.664."
 _SLOPES = (
-    "For comparison with older work only: where terms overlap, slope readings are biased (T_b by as much as 77 %, K by "
-    "15 % and more), and they have no interval."
+    "Only for comparison with older work: if terms overlap, slope readings are biased (T_b by up to 77 %, "
+    "K by 15 % and more), and they have no interval."
 )
-_FEW = "few windows: the curve lies low in the mean, by a fifth where one is left; its band holds"
+_FEW = "few windows: the curve is low on average, by a fifth with one window; its band remains valid"
 _FLOOR = (
-    " The model is that of the sensor without its instrument, whose own curve is grey; diamonds: the difference of the "
-    "two variances, a bar alone its upper limit."
+    " The model is that of the sensor without its instrument, whose curve is gray; diamonds: the "
+    "difference of the two variances; a bar alone is its upper limit."
 )
 _LINES = (
-    "Lines, with 95 % intervals. Chance: that noise alone shows such a peak anywhere in the record. A steady line is "
-    "taken out before the fit, and is a sinusoid of the model."
+    "Lines, with 95 % intervals. Chance: the probability of such a peak from noise alone, anywhere in the "
+    "record. A steady line is removed before the fit, and is a sinusoid of the model."
 )
 _OF_SAMPLES = (
-    "The coefficients maximize the likelihood of the samples themselves, all that are there: Gaussian, with the exact "
-    "covariances of means over blocks on several levels and of slow contrasts of the whole record, and no coefficient "
-    "is negative."
+    "The coefficients maximize the Gaussian likelihood of all samples, with the exact covariances of "
+    "block means on several levels and of slow contrasts of the whole record; no coefficient is negative."
 )
 _OF_CURVE = (
     "The coefficients minimize (v − v(p))ᵀ V⁻¹ (v − v(p)), where V is the exact finite-sample covariance of the curve "
     "v under the model, iterated, and no coefficient is negative."
 )
 _SETS = (
-    "Each 95 % interval is the set of values that a test in the full family of terms does not reject; a term is "
-    "supported when its set excludes zero, and otherwise the upper end of the set is given as its limit. Flicker and "
-    "Gauss-Markov are alternative families; where the record cannot decide, both are given. Bands around the curve are "
+    "Each 95 % interval is the set of values that a test in the full family of terms does not reject; a "
+    "term is supported if its set excludes zero; otherwise the upper end of the set is its limit. Flicker "
+    "and Gauss-Markov are alternative families; if the record cannot decide, both are given. Bands around "
+    "the curve are "
     "chi-square intervals."
 )
 _IEEE_952 = (
@@ -231,8 +231,9 @@ def _curves(study: Study) -> Iterator[PageBlock]:
             yield from drawn(
                 f"group-{i}",
                 study,
-                f"{group.title}: {statistic} of all channels with {100 * curve.confidence:g} % bands and models; thin "
-                "lines show the slopes of the terms. Each channel with its terms and limits stands below.",
+                f"{group.title}: {statistic} of all channels with {100 * curve.confidence:g} % bands and "
+                f"models; thin lines show the slopes of the terms. Each channel follows below with its "
+                f"terms and limits.",
                 f"{statistic} against averaging time of {', '.join(names)}.",
                 view="groups",
                 channels=names,
@@ -388,8 +389,8 @@ def _environment(study: Study) -> Iterator[PageBlock]:
     estimates = [c.environment for c in study.channels if c.environment is not None]
     if estimates:
         yield Text(
-            "Curves and noise models above are those of the residual, corrected for what the regression took off the "
-            "noise."
+            "Curves and noise models above are those of the residual, corrected for the noise that the "
+            "regression removed."
         )
     for estimate in estimates:
         yield from _environment_of(estimate)
@@ -435,7 +436,8 @@ def _longer(study: Study) -> Iterator[PageBlock]:
             reached.setdefault(each.text, []).append(channel.name)
     yield from (Text(f"{capitalised(text)}: {', '.join(names)}.") for text, names in reached.items())
     yield Text(
-        "Computed from the fitted model and the covariance of the curve: length of the whole record, at the same rate.",
+        "Total length of the record at the same rate, computed from the fitted model and the covariance "
+        "of the curve.",
         note=True,
     )
 
@@ -446,7 +448,7 @@ def _record(study: Study) -> Iterator[PageBlock]:
     yield from table(
         ("Reason", "Gaps", "Samples", "Longest", "First at"),
         missing_lines(record.missing_because, record.rate),
-        caption="What is missing, and why: as the recorder noted it.",
+        caption="Missing samples and their reasons, as noted by the recorder.",
         brief=False,
     )
     yield pairs(record_facts(record.history), verbatim=True, brief=False)
@@ -455,8 +457,8 @@ def _record(study: Study) -> Iterator[PageBlock]:
         yield from drawn(
             "overview",
             study,
-            "The record: lowest and highest value of each block. Grey: no samples. Amber, at the foot: a place named "
-            "in the findings.",
+            "The record: minimum and maximum of each block. Gray: no samples. Amber, at the bottom: a "
+            "location of a finding.",
             f"Overview of all channels against time. {gaps}",
             view="record",
             channels=names,
@@ -481,7 +483,7 @@ def _spectra(study: Study) -> Iterator[PageBlock]:
             f"spectrum-{i}",
             study,
             f"{group.title}: root of the two-sided power spectral density; dashed, the model fitted to the {fitted}, "
-            "as these segments would show it. Where they part, the record holds something that is not noise.",
+            "as these segments would show it. Where they disagree, the record contains something other than noise.",
             f"Spectrum of {', '.join(names)} with the model.",
             view="spectrum",
             channels=names,
@@ -496,9 +498,9 @@ def _spectra(study: Study) -> Iterator[PageBlock]:
 def _method(study: Study) -> Iterator[PageBlock]:
     shown = sorted({_in_a_sentence(STATISTICS[c.curve.statistic]) for c in study.channels})
     yield Text(
-        f"The curve is the {' and the '.join(shown)} over averaging times τ = m Tₛ. Its square is computed from the "
-        "running sum θ of the samples over all overlapping windows that are complete; missing samples are never closed "
-        "up and never filled:"
+        f"The curve is the {' and the '.join(shown)} over averaging times τ = m Tₛ. Its square is "
+        f"computed from the running sum θ of the samples over all complete overlapping windows; gaps are "
+        f"neither closed up nor filled:"
     )
     yield from equation("allan_variance")
     yield Text(

@@ -30,13 +30,14 @@ _REFERENCES = (
     "B. E. Hansen, “Sample splitting and threshold estimation”, Econometrica 68 (2000) 575.",
 )
 _METHOD = (
-    "Windows share no term, and at long averaging times they are joined until four lags fit into each; lags for which "
-    "fewer than four windows are left say nothing about change. How much windows scatter by chance, and how neighbors "
-    "and lags correlate, is the exact covariance under the noise model of the whole record; the level of every lag "
-    "is free, so that the model need not fit. Cube roots of variances are nearly normal. Two questions are asked, each "
-    "at half the stated rate of false alarms: the chi-square of all windows together, and the largest of all scores of "
-    "a step at any time, or a drift, of any term, whose law is simulated for this record. The time of a step has the "
-    "set of times that the likelihood does not reject."
+    "Windows share no term, and at long averaging times they are joined until four lags fit into each; "
+    "lags with fewer than four windows carry no information about change. The scatter of windows and the "
+    "correlation of neighbors and lags come from the exact covariance under the noise model of the whole "
+    "record; the level of every lag is free, so the model need not fit. Cube roots of variances are "
+    "nearly normal. There are two tests, each at half the stated false-alarm rate: the chi-square of all "
+    "windows, and the largest score of a step at any time, or a drift, of any term, with its distribution "
+    "simulated for this record. The interval of the time of a step contains the times that the likelihood "
+    "does not reject."
 )
 
 
@@ -98,8 +99,8 @@ def _change_row(channel: ChannelVariation, change: Change) -> tuple[str, ...]:
 def _pictures(result: Variation) -> Iterator[PageBlock]:
     for i, channel in enumerate(result.channels):
         caption = (
-            f"{channel.name}: Allan deviation over time and averaging time, over that of the whole record. Red: "
-            "larger, blue: smaller. A frame marks what chance makes of none of all windows; pale is what it may make."
+            f"{channel.name}: Allan deviation over time and averaging time, relative to the whole record. "
+            f"Red: larger, blue: smaller. Framed windows deviate significantly (family-wise); pale ones do not."
         )
         yield from drawn(f"map-{i}", result, caption, caption, view="map", channels=[channel.name])
         caption = f"{channel.name}: some averaging times, every window with its interval."
@@ -110,7 +111,7 @@ def _lags(result: Variation) -> Iterator[PageBlock]:
     yield from table(
         ("Channel", "Averaging", "Windows", "Least to largest", "Whole record", "Beyond chance", "Constant"),
         [_lag_row(channel, lag) for channel in result.channels for lag in _told(channel.lags)],
-        caption="Every averaging time by itself: chi-square of its windows with their exact covariance.",
+        caption="Each averaging time separately: chi-square of its windows with their exact covariance.",
     )
     yield pairs([(f"Noise of {c.name}", model_words(c.model)) for c in result.channels], brief=False)
 

@@ -60,7 +60,7 @@ REPAIRS: dict[str, Repair] = {
         apply=lambda recording, _: spans.drop_saturated(recording),
     ),
     "drop_padding": Repair(
-        does="what is no reading becomes a gap: zeros, fill values, rows of zeros, frozen readings; in all channels",
+        does="padding becomes a gap in all channels: zeros, fill values, rows of zeros, frozen readings",
         answers=("zero_filled", "fill_value", "stuck"),
         apply=lambda recording, _: spans.drop_padding(recording),
     ),
@@ -76,27 +76,27 @@ REPAIRS: dict[str, Repair] = {
         value="threshold in standard deviations of the noise about the local median; 8 without",
     ),
     "cut_motion": Repair(
-        does="stretches in which the unit moves, or stands turned, become gaps in all channels",
+        does="stretches in which the unit moves, or is in another attitude, become gaps in all channels",
         answers=("disturbance", "not_at_rest", "motion"),
         apply=lambda recording, _: spans.cut_motion(recording),
     ),
     "drop_repeats": Repair(
-        does="rows that repeat the one before give up their place; the rate becomes that of the sensor",
+        does="rows that repeat the previous one are removed; the rate becomes that of the sensor",
         answers=("held_samples",),
         apply=lambda recording, _: rows.drop_repeats(recording),
     ),
     "drop_duplicate_rows": Repair(
-        does="rows that were written twice, with stamp and values, give up their place; the rate stays",
+        does="rows written twice, with stamp and values, are removed; the rate stays",
         answers=("duplicate_stamps", "time_stamps"),
         apply=lambda recording, _: rows.drop_duplicate_rows(recording),
     ),
     "split_interleaved": Repair(
-        does="sensors that share a column row by row become channels of their own, at their own rate",
+        does="sensors that share a column row by row become separate channels, each at its own rate",
         answers=("interleaved", "broken_up"),
         apply=lambda recording, _: rows.split_interleaved(recording),
     ),
     "swap": Repair(
-        does="two channels exchange their names",
+        does="exchanges the names of two channels",
         answers=(),
         apply=labels.swap,
         value="the two names, as in swap=gyro_x,gyro_z",
@@ -128,7 +128,7 @@ def clean(recording: Recording, repairs: str | Sequence[str]) -> Recording:
     for entry in [repairs] if isinstance(repairs, str) else repairs:
         name, _, value = str(entry).partition("=")
         if name not in REPAIRS:
-            raise InputError(f"no repair is called {name!r}; there are: {', '.join(REPAIRS)}")
+            raise InputError(f"no repair named {name!r}; there are: {', '.join(REPAIRS)}")
         if value and not REPAIRS[name].value:
             raise InputError(f"the repair {name} takes no value, but {value!r} was given")
         recording = REPAIRS[name].apply(recording, value)

@@ -64,7 +64,7 @@ def renewed(recording: Recording, renewal: Renewal) -> Recording:
     missing = length - len(rows)
     share = percent(1.0 - renewal.fresh / max(renewal.rows, 1))
     why = (
-        f"{share} of the rows repeated the one before: the sensor updates at {rate:.9g} Hz "
+        f"{share} of the rows repeated the previous one: the sensor updates at {rate:.9g} Hz "
         f"(standard uncertainty {sd:.2g} Hz), the log ran at {recording.rate:.9g} Hz"
         + (f"; {missing} of {length} values were never logged, or are missing" if missing else "")
     )

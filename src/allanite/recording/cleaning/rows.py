@@ -81,7 +81,8 @@ def drop_repeats(recording: Recording) -> Recording:
     if len(ways) > 1 or 0 < len(held) < len(varying):
         words = ", ".join(f"{s.name} {_how(held.get(s.name))}" for s in varying)
         raise InputError(
-            f"the channels are not held alike ({words}): they have no common rate; repair those of one rate at a time "
+            f"the channels repeat differently ({words}): they have no common rate; repair those of one "
+            f"rate at a time "
             "(channels=, --channels)"
         )
     one = next(iter(held.values()), None)
@@ -153,7 +154,7 @@ def _drop_uneven(recording: Recording, varying: list[ChannelSurvey]) -> Recordin
     equal = _equal_rows(recording)
     count = int(equal.sum())
     if count == 0:
-        return noted(recording, "drop_repeats", "no row repeats the one before", {})
+        return noted(recording, "drop_repeats", "no row repeats the previous one", {})
     _refuse_coarse("drop_repeats", varying, count / max(recording.n_samples, 1))
     missing = _missing_rows(recording)
     fresh = np.flatnonzero(~equal & ~missing)
@@ -162,7 +163,7 @@ def _drop_uneven(recording: Recording, varying: list[ChannelSurvey]) -> Recordin
     rows = sum(int(part[-1] - part[0]) for part in stretches)
     steps = sum(len(part) - 1 for part in stretches)
     if steps < 1 or rows < 1:
-        raise DataQualityError("drop_repeats: no two values are left side by side")
+        raise DataQualityError("drop_repeats: no two adjacent values would remain")
     ratio = steps / rows  # values per row
     source = np.concatenate([[0], np.cumsum([len(part) for part in stretches])])
     grid, last = [], 0
@@ -184,7 +185,7 @@ def _drop_uneven(recording: Recording, varying: list[ChannelSurvey]) -> Recordin
     )
     dropped = dict.fromkeys((c.name for c in recording.channels), count)
     why = (
-        f"{plural(count, 'row')} repeated the one before ({percent(count / recording.n_samples)}): "
+        f"{plural(count, 'row')} repeated the previous one ({percent(count / recording.n_samples)}): "
         f"{recording.rate:.9g} Hz became {out.rate:.6g} Hz, known to {percent(2.0 / math.sqrt(3.0) / rows)}"
     )
     return noted(without_jitter(out), "drop_repeats", why, dropped, rate_before=recording.rate)
@@ -222,9 +223,9 @@ def _refuse_coarse(repair: str, varying: list[ChannelSurvey], share: float) -> N
         chance *= min(s.lattice.step / (math.sqrt(4.0 * math.pi) * s.sigma), 1.0) if s.sigma > 0 else 1.0
     if chance > BY_CHANCE and chance > 0.02 * share:
         raise DataQualityError(
-            f"{repair}: the values come in such coarse steps that {percent(chance)} of the rows equal the one before "
-            f"by chance, and {percent(share)} do: readings cannot be told from repeats. Take all channels together, or "
-            "keep the record as it is"
+            f"{repair}: the values come in such coarse steps that {percent(chance)} of the rows equal the "
+            f"previous one by chance, and {percent(share)} do: readings and repeats cannot be "
+            f"distinguished. Use all channels together, or keep the record unchanged"
         )
 
 
@@ -245,7 +246,7 @@ def drop_duplicate_rows(recording: Recording) -> Recording:
     if backward:
         raise DataQualityError(
             f"drop_duplicate_rows: the stamps step back {plural(backward, 'time')}, so rows are out of order: sort the "
-            "log by its stamps, or give its rate (--rate), which sets them aside"
+            "log by its stamps, or give its rate (--rate), which overrides them"
         )
     equal = _equal_rows(recording)
     count = int(equal.sum())
@@ -253,8 +254,9 @@ def drop_duplicate_rows(recording: Recording) -> Recording:
         return noted(recording, "drop_duplicate_rows", "no row stands twice", {})
     if count > doubles:
         raise DataQualityError(
-            f"drop_duplicate_rows: {plural(count, 'row')} equal the one before, but only {plural(doubles, 'stamp')} "
-            "do: which rows stand twice cannot be told; see held_samples"
+            f"drop_duplicate_rows: {plural(count, 'row')} equal the previous one, but only "
+            f"{plural(doubles, 'stamp')} "
+            "do: which rows were written twice is undetermined; see held_samples"
         )
     varying = [s for s in surveys(recording) if not s.constant]
     _refuse_coarse("drop_duplicate_rows", varying, count / recording.n_samples)
@@ -268,7 +270,7 @@ def drop_duplicate_rows(recording: Recording) -> Recording:
         notes={**recording.notes, "timebase": left},
     )
     dropped = dict.fromkeys((c.name for c in recording.channels), count)
-    why = f"{plural(count, 'row')} stood twice, stamp and values"
+    why = f"{plural(count, 'row')} were written twice, stamp and values"
     return noted(out, "drop_duplicate_rows", why, dropped)
 
 
@@ -299,7 +301,7 @@ def split_interleaved(recording: Recording) -> Recording:
     if len(set(spacings.values())) != 1:
         words = ", ".join(f"{name} every {k} rows" for name, k in spacings.items())
         raise InputError(
-            f"split_interleaved: the channels do not alternate alike ({words}); split those of one kind at a time "
+            f"split_interleaved: the channels alternate differently ({words}); split those of one kind at a time "
             "(channels=, --channels)"
         )
     return _alternating(recording, next(iter(spacings.values())))
@@ -329,6 +331,6 @@ def _sparse(recording: Recording, k: int) -> Recording:
             there = np.flatnonzero(np.isfinite(column.read(0, min(BLOCK, len(column)))))
             phase = int(np.argmax(np.bincount(there % k, minlength=k)))
         columns.append(Thinned(column, phase, k, length))
-    why = f"values came every {k} rows: {recording.rate:.9g} Hz became {recording.rate / k:.9g} Hz"
+    why = f"there was a value every {k} rows: {recording.rate:.9g} Hz became {recording.rate / k:.9g} Hz"
     out = replace(recording, columns=tuple(columns), rate=recording.rate / k)
     return noted(without_jitter(out), "split_interleaved", why, {}, rate_before=recording.rate)

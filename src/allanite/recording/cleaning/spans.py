@@ -73,7 +73,7 @@ def drop_padding(recording: Recording) -> Recording:
         spans = {name: merge_spans(np.concatenate(parts)) for name, parts in padding.items()}
         trial = recording.excluding(spans, "padding")
     merged = {name: merge_spans(np.concatenate(parts)) for name, parts in padding.items()}
-    return masked(recording, "drop_padding", "no readings: zeros, fill values or one repeated value", merged)
+    return masked(recording, "drop_padding", "padding: zeros, fill values or one repeated value", merged)
 
 
 def drop_cut_blocks(recording: Recording) -> Recording:
@@ -104,8 +104,8 @@ def drop_spikes(recording: Recording, threshold: str = "") -> Recording:
         outliers = disturbance.impulses_of(s)
         if outliers.crowded > 0.1 * s.present:
             raise DataQualityError(
-                f"channel {s.name!r}: large steps are too frequent for isolated impulses (see heavy_tails); dropping "
-                "them would change the noise that is to be measured"
+                f"channel {s.name!r}: large steps are too frequent for isolated impulses (see "
+                f"heavy_tails); dropping them would change the measured noise"
             )
         size = np.abs(outliers.deviation) / np.where(outliers.sigma > 0, outliers.sigma, np.inf)
         at = outliers.position[size > limit]
@@ -113,7 +113,7 @@ def drop_spikes(recording: Recording, threshold: str = "") -> Recording:
             least = min(least, float(size[size > limit].min()))
             spans[s.name] = np.stack([at, at + 1], axis=1)
     facts = {"threshold": limit} | ({"smallest": least} if spans else {})
-    why = f"more than {limit:g} standard deviations from the samples around"
+    why = f"more than {limit:g} standard deviations from the surrounding samples"
     return masked(recording, "drop_spikes", why, spans, **facts)
 
 
@@ -152,8 +152,8 @@ def cut_motion(recording: Recording) -> Recording:
     share = int(np.diff(out, axis=1).sum()) / max(recording.n_samples, 1)
     if share > 0.9:
         raise DataQualityError(
-            f"cut_motion would leave {100 * (1 - share):.2g} % of the record: the sensor was hardly at rest; record it "
-            "at rest, or choose a part (--from, --to)"
+            f"cut_motion would leave {100 * (1 - share):.2g} % of the record: the sensor was rarely at "
+            f"rest; record it at rest, or choose a part (--from, --to)"
         )
     return masked(recording, "cut_motion", "the unit moved", dict.fromkeys(names, out))
 

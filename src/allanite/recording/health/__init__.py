@@ -336,7 +336,7 @@ def _with_quiet_part(recording: Recording, findings: Sequence[Finding]) -> list[
     options = _quiet_part(recording, moving) if moving else None
     if options is None:
         return list(findings)
-    return [f.advise(f"analyze a quiet part alone: {options}") if f in moving else f for f in findings]
+    return [f.advise(f"analyze only a quiet part: {options}") if f in moving else f for f in findings]
 
 
 def _quiet_part(recording: Recording, moving: Sequence[Finding]) -> str | None:
@@ -383,7 +383,7 @@ def prepare(
     unknown = sorted(accept - set(CATALOGUE))
     if unknown:
         raise InputError(
-            f"no finding is called {', '.join(map(repr, unknown))}; there are: {', '.join(CATALOGUE)}"
+            f"no finding named {', '.join(map(repr, unknown))}; there are: {', '.join(CATALOGUE)}"
         )
     fatal = [f for f in findings if f.severity is Severity.FATAL and f.code not in accept]
     if fatal:
@@ -413,7 +413,7 @@ def _without_empty(recording: Recording, findings: Sequence[Finding]) -> Recordi
         return recording
     left = [name for name in recording.names if name not in gone]
     if not any(recording[name].kind.noise_bearing for name in left):
-        raise DataQualityError("no channel holds a sample: there is nothing to analyze", tuple(empty))
+        raise DataQualityError("no channel has any samples: there is nothing to analyze", tuple(empty))
     step = {"step": "select", "reason": "no_samples", "left_out": sorted(gone)}
     selected = recording.select(*left)
     return replace(selected, history=(*selected.history, step))
@@ -430,6 +430,6 @@ def _refusal(recording: Recording, fatal: Sequence[Finding]) -> str:
         lines += [f"    at {places}"] if places else []
         lines += [
             f"    what to do: {f.advice}",
-            f"    to go on despite it: --accept {f.code}; risk: {f.risk}",
+            f"    to continue despite it: --accept {f.code}; risk: {f.risk}",
         ]
     return "\n".join(lines)

@@ -70,7 +70,7 @@ def noise_changes(survey: ChannelSurvey) -> Iterator[Finding]:
     )
     yield finding(
         "noise_changes",
-        f"the noise is not the same all the time: over {lag:.3g} s the deviation of the noisiest part of "
+        f"the noise varies during the record: over {lag:.3g} s the deviation of the noisiest part of "
         f"{length:.3g} s is {larger} that of the quietest",
         severity=Severity.WARNING,
         channel=survey.name,

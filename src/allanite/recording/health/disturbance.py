@@ -149,7 +149,7 @@ def _which(position: NDArray[np.int64], bursts: int) -> str:
     if position.tolist() == [0]:
         return "the first sample is far from those after it, by"
     count = plural(len(position), "sample")
-    return f"{count} far from the samples around, in {plural(bursts, 'burst')}, the largest"
+    return f"{count} far from the surrounding samples, in {plural(bursts, 'burst')}, the largest"
 
 
 def _bursts(position: NDArray[np.int64], excess: Samples) -> tuple[Spans, Samples]:

@@ -172,13 +172,14 @@ def _finding(hold: Hold, several: bool) -> Finding:
         count = survey.present
     elif hold.renewal is not None:
         text = (
-            f"{percent(hold.share)} of the samples repeat the one before: the sensor updates at "
+            f"{percent(hold.share)} of the samples repeat the previous one: the sensor updates at "
             f"{_with_uncertainty(rate * hold.ratio, rate * hold.renewal.sd)}, the log runs at {rate:.6g} Hz"
         )
     else:
         text = (
-            f"{percent(hold.share)} of the samples repeat the one before, at no steady rate, and the step of the "
-            f"values does not explain it: the log holds some {rate * (1.0 - hold.share):.3g} values per second"
+            f"{percent(hold.share)} of the samples repeat the previous one, at no steady rate, and the "
+            f"step of the values does not explain it: the log has about {rate * (1.0 - hold.share):.3g} "
+            f"values per second"
         )
         advice = (
             "log on the sensor's data-ready signal, or log its counter; values that repeat more often than others make "

@@ -55,11 +55,11 @@ def _spans(rows: Sequence[int]) -> list[tuple[int, int]]:
 def _set_back(alone: Mapping[str, Any] | None) -> str:
     """What to do about stamps that step back; `alone` cuts the longest part that has its times to itself."""
     if not alone:
-        return "put the rows in order, or give --rate, which sets the stamps aside"
+        return "sort the rows, or pass --rate, which overrides the stamps"
     options = " ".join(f"--{end} {alone[end]:.15g}" for end in ("from", "to") if end in alone)
     return (
-        f"was the clock set back (to winter time, say)? {options} takes {alone['rows']} rows whose times no others "
-        "have; --rate sets the stamps aside"
+        f"was the clock set back (to winter time, say)? {options} takes {alone['rows']} rows with unique "
+        f"times; --rate overrides the stamps"
     )
 
 
@@ -96,8 +96,8 @@ def jitter(recording: Recording) -> Iterator[Finding]:
         lost = int(_number(notes, "unplaced"))
         if lost:
             message += (
-                f"; {plural(lost, 'sample')} next to pauses may lie up to a step from their place. Log finer stamps, "
-                "or name another time column (--time)"
+                f"; {plural(lost, 'sample')} next to pauses may be up to a step from their place. Log "
+                f"finer stamps, or name another time column (--time)"
             )
         yield finding(
             "coarse_stamps",
@@ -123,18 +123,19 @@ def _by_count(recording: Recording) -> str:
     span, missing = _number(notes, "span_s"), int(_number(notes, "missing"))
     there = recording.n_samples - missing
     if missing == 0 or span <= 0.0:
-        return f"the samples over the span say {recording.rate:.6g} Hz, which is used"
+        return f"the number of samples over the span gives {recording.rate:.6g} Hz, which is used"
     return (
-        f"the stamps between gaps say {recording.rate:.6g} Hz, which is used ({there} samples over {span:.6g} s, gaps "
+        f"the stamps between gaps give {recording.rate:.6g} Hz, which is used ({there} samples over "
+        f"{span:.6g} s, gaps "
         f"among them, are {(there - 1) / span:.6g} Hz)"
     )
 
 
 #: What the samples of an integral show of it.
 _SHOWS_JITTER = {
-    Kind.ANGLE: "an angle that moves on at a rate w shows it as noise of w times that",
-    Kind.VELOCITY: "a velocity that grows at an acceleration a shows it as noise of a times that",
-    Kind.PHASE: "the phase of a clock that is off by a fractional frequency y shows it as noise of y times that",
+    Kind.ANGLE: "an angle that changes at a rate w shows this as noise of w times that",
+    Kind.VELOCITY: "a velocity that grows at an acceleration a shows this as noise of a times that",
+    Kind.PHASE: "the phase of a clock with a fractional frequency offset y shows this as noise of y times that",
 }
 
 
@@ -148,20 +149,23 @@ def _scatter(recording: Recording, rms: float, lost: int) -> Finding:
     shows = next((text for kind, text in _SHOWS_JITTER.items() if kind in kinds), "")
     moving = bool(shows)
     message = (
-        f"time stamps scatter by {rms:.3g} s rms, {percent(share)} of the interval; they are taken as even"
+        f"time stamps scatter by {rms:.3g} s rms, {percent(share)} of the interval; the samples are "
+        f"treated as evenly spaced"
     )
     if moving:
         message += f"; {shows}"
     if lost:
         message += (
-            f"; {plural(lost, 'sample')}, stamped in one go around missing ones, may lie as many intervals from their "
-            "place as are missing there"
+            f"; {plural(lost, 'sample')}, stamped in one batch around missing ones, may be displaced by "
+            f"as many intervals as samples are missing"
         )
     of_clock = bool(kinds & {Kind.PHASE, Kind.FREQUENCY})
     return finding(
         "rate_jitter",
         message,
-        advice="use the time of the counter itself, or trigger each reading by a clock" if of_clock else None,
+        advice="use the time of the counter itself, or trigger each reading from a clock"
+        if of_clock
+        else None,
         severity=Severity.WARNING
         if share > 0.5 or (moving and share > 0.05) or lost > TOLERATED * recording.n_samples
         else Severity.INFO,
@@ -240,13 +244,13 @@ def drift(recording: Recording) -> Iterator[Finding]:
     # A rate that changes evenly from end to end takes stamps an eighth of it times the span from their places.
     if drifts or wander > max(0.5 / recording.rate, POOR_CLOCK * 1e-6 / 8.0 * recording.duration):
         how = (
-            f"the rate changes by {change:+.4g} ppm from the beginning to the end (standard error {error:.2g} ppm)"
+            f"the rate changes by {change:+.4g} ppm from start to end (standard error {error:.2g} ppm)"
             if drifts
             else "the rate wanders"
         )
         yield finding(
             "clock_drift",
-            f"the stamps say that {how}; the mean rate, {recording.rate:.8g} Hz, is used, and samples lie up to "
+            f"according to the stamps, {how}; the mean rate, {recording.rate:.8g} Hz, is used, and samples are up to "
             f"{wander:.2g} s, {wander * recording.rate:.2g} intervals, from their stamps",
             severity=Severity.WARNING,
             count=recording.n_samples,
@@ -257,11 +261,11 @@ def _off_grid(recording: Recording, share: float) -> Finding:
     rate = f"{recording.rate:.8g}"
     return finding(
         "off_grid",
-        f"{percent(share)} of the samples lie more than half an interval from an even grid of {rate} Hz, and no slow "
-        "drift of a clock explains it: they were taken unevenly, or samples were lost where the stamps show no gap",
+        f"{percent(share)} of the samples are more than half an interval from an even grid of {rate} Hz, "
+        f"and no slow clock drift explains it: sampling was uneven, or samples were lost without a gap in the stamps",
         severity=Severity.FATAL,
         count=round(share * recording.n_samples),
-        advice=f"log the clock of the sensor; --rate {rate} takes the samples as even and sets the stamps aside",
+        advice=f"log the clock of the sensor; --rate {rate} treats the samples as even and ignores the stamps",
     )
 
 
@@ -309,7 +313,7 @@ def text(recording: Recording) -> Iterator[Finding]:
     if notes.get("unterminated_last_line"):
         yield finding(
             "unterminated_last_line",
-            "the last line has no end and was dropped: its last number may be cut",
+            "the last line is incomplete and was dropped: its last number may be truncated",
             severity=Severity.WARNING,
             count=1,
         )
@@ -329,7 +333,7 @@ def _suffixes(notes: Notes) -> Iterator[Finding]:
     for name, suffixes in (by_column if isinstance(by_column, Mapping) else {}).items():
         for suffix, count in suffixes.items():
             unit = _is_unit(suffix)
-            meaning = "it is the unit" if unit else "left out; what it means is not known"
+            meaning = "it is the unit" if unit else "left out; its meaning is unknown"
             yield finding(
                 "cell_suffix",
                 f"{name}: {suffix!r} follows the number in {plural(count, 'cell')}: {meaning}",
@@ -358,7 +362,7 @@ def _sentences(notes: Notes) -> Iterator[Finding]:
             f"first rows: {', '.join(map(str, rows))}"
         )
     if stray:
-        parts.append(f"{plural(stray, 'line')} of unknown kind left out")
+        parts.append(f"{plural(stray, 'line')} of unknown type left out")
     yield finding(
         "checksum_failed",
         "; ".join(parts),
@@ -382,7 +386,7 @@ def _labels(notes: Notes) -> Iterator[Finding]:
     if lacking:
         parts.append(f"{plural(lacking, 'line')} without a value of {_counted(absent)}: missing there")
     if unknown:
-        parts.append(f"labels left out, as they are rare: {_counted(unknown)}")
+        parts.append(f"rare labels left out: {_counted(unknown)}")
     if parts:
         yield finding(
             "labeled_lines",

@@ -82,7 +82,7 @@ def aliasing(survey: ChannelSurvey) -> Iterator[Finding]:
     factor = math.sqrt(survey.dt / aperture)
     yield finding(
         "aliasing",
-        f"each sample averages {aperture:.6g} s of its {survey.dt:.6g} s: N of a wide-band sensor reads "
+        f"each sample averages {aperture:.6g} s of its {survey.dt:.6g} s: N of a wide-band sensor is "
         f"{factor:.3g} times too large",
         severity=Severity.WARNING if factor > 1.02 else Severity.INFO,
         channel=survey.name,
@@ -100,7 +100,7 @@ def unit_trap(survey: ChannelSurvey) -> Iterator[Finding]:
         question, advice = _too_noisy(survey, math.degrees(noise))
         yield finding(
             "unit_trap",
-            f"white noise of {math.degrees(noise):.3g} deg/s/√Hz is more than any gyro's{question}",
+            f"white noise of {math.degrees(noise):.3g} deg/s/√Hz is higher than that of any gyro{question}",
             severity=Severity.WARNING,
             channel=survey.name,
             count=survey.present,
@@ -112,12 +112,12 @@ def _too_noisy(survey: ChannelSurvey, noise: float) -> tuple[str, str | None]:
     """What a rate with so much noise [deg/s/sqrt(Hz)] may be instead, and what to do."""
     unit, fewer = survey.channel.unit, math.radians(noise)
     if _angle_of(unit) == "rad" and math.radians(fewer) <= NOISIEST_GYRO:
-        return f"; divided by 57.3 it would be {fewer:.3g}: are these degrees, labeled {unit!r}?", None
+        return f"; divided by 57.3 it would be {fewer:.3g}: are these degrees labeled {unit!r}?", None
     advice = (
         f"check the unit: --unit {survey.name}=mdeg/s; for counts --unit {survey.name}=LSB and, from the data sheet, "
         f"--scale-factor '{survey.name}=131 LSB/(deg/s)'"
     )
-    return f": are these counts, volts or thousandths of a degree, labeled {unit!r}?", advice
+    return f": are these counts, volts or millidegrees labeled {unit!r}?", advice
 
 
 def _angle_of(unit: str) -> str | None:
@@ -144,11 +144,12 @@ def known_step(survey: ChannelSurvey) -> Iterator[Finding]:
         yield finding(
             "unit_trap",
             f"the values come in steps of {step:.6g}: in {meant}/s that is the step of a common 16-bit gyro "
-            f"({known[0]:.6g} deg/s), in {channel.unit} of none: are these {meant}/s, labeled {channel.unit!r}?",
+            f"({known[0]:.6g} deg/s), in {channel.unit} it is that of none: are these {meant}/s labeled "
+            f"{channel.unit!r}?",
             severity=Severity.WARNING,
             channel=survey.name,
             count=survey.present,
-            advice=f"if so, say it: --unit {survey.name}={meant}/s",
+            advice=f"if so, pass --unit {survey.name}={meant}/s",
         )
 
 
@@ -178,8 +179,9 @@ def bias_removed(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
     for s, zero in near:
         yield finding(
             "bias_removed",
-            f"the mean is {s.mean:.3g}{s.unit} ({_deg_h(zero.mean)} deg/h), zero within its own error (standard error "
-            f"{_deg_h(zero.error)} deg/h), where bias and the Earth's rotation make some {_deg_h(zero.spread)} deg/h "
+            f"the mean is {s.mean:.3g}{s.unit} ({_deg_h(zero.mean)} deg/h), zero within its uncertainty "
+            f"(standard error {_deg_h(zero.error)} deg/h), although bias and the Earth's rotation give about "
+            f"{_deg_h(zero.spread)} deg/h "
             f"or more in a gyro of such noise: the bias was subtracted, {_of_the_earth(zero, gone)}",
             severity=Severity.WARNING,
             channel=s.name,
@@ -245,10 +247,10 @@ def _chance_of_so_many(chances: Sequence[float], count: int) -> float:
 def _of_the_earth(zero: _Zero, gone: bool) -> str:
     """What the record can tell of the Earth's rotation."""
     if gone:
-        return "and the Earth's rotation, 15 deg/h, is gone with it"
+        return "and the Earth's rotation, 15 deg/h, with it"
     if zero.most < EARTH_RATE:
-        return f"and of the Earth's rotation, at most 15 deg/h, no more than {_deg_h(zero.most)} deg/h can be left"
-    return "and whether the Earth's rotation, at most 15 deg/h, went with it the record cannot tell"
+        return f"and of the Earth's rotation, at most 15 deg/h, no more than {_deg_h(zero.most)} deg/h can remain"
+    return "and the record cannot show whether the Earth's rotation, at most 15 deg/h, was subtracted, too"
 
 
 def _deg_h(rate: float) -> str:

@@ -51,8 +51,8 @@ def motion(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
         spans = np.stack([starts[out], starts[out] + size], axis=1)
         yield finding(
             "motion",
-            f"the direction of gravity in {names} is up to {math.degrees(float(angle.max())):.3g} deg off that of most "
-            f"of the time, first at {triad[0].seconds(int(starts[first]))}: the unit was turned",
+            f"the direction of gravity in {names} is up to {math.degrees(float(angle.max())):.3g} deg "
+            f"from its usual direction, first at {triad[0].seconds(int(starts[first]))}: the unit was turned",
             severity=Severity.WARNING,
             spans=spans,
             weight=angle[out],
@@ -123,7 +123,7 @@ def _usual_length(triad: Sequence[ChannelSurvey]) -> float:
 def _mix_up(ratio: float) -> str:
     """What would explain a length of so many g."""
     if ratio < 0.02 and abs(ratio / 1e-3 - 1.0) >= 0.03:
-        return ": gravity was subtracted before logging, and the bias cannot be told from what is left"
+        return ": gravity was subtracted before logging, and the bias is not separable from the remainder"
     for factor, text in (
         (GRAVITY, "m/s² labeled as g"),
         (1.0 / GRAVITY, "g labeled as m/s²"),

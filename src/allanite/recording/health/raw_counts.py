@@ -75,7 +75,7 @@ def _found(group: Sequence[ChannelSurvey], more: str, advice: str) -> Finding:
     names, asked = ", ".join(s.name for s in group), " without a unit: raw counts?" if unknown else "."
     return finding(
         "raw_counts",
-        f"{names}: whole numbers from {low:.0f} to {high:.0f}{asked}{more}",
+        f"{names}: integers from {low:.0f} to {high:.0f}{asked}{more}",
         severity=Severity.WARNING if unknown else Severity.INFO,
         count=max(s.present for s in group),
         advice=advice,
@@ -99,8 +99,8 @@ def _gyro(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
     scales = gyro_scales(group)
     listed = ", ".join(f"{scale} for ±{reach:g} deg/s" for scale, reach in scales)
     return "", (
-        f"if so, --scale-factor '{_key(group)}={scales[0][0]} LSB/(deg/s)', with the number of the range that was set "
-        f"at {_bits_of(group)} bits: {listed}"
+        f"if so, --scale-factor '{_key(group)}={scales[0][0]} LSB/(deg/s)', with the value for the "
+        f"configured range at {_bits_of(group)} bits: {listed}"
     )
 
 
@@ -110,12 +110,12 @@ def _accelerometer(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
         if match := gravity_scale(triad):
             norm, scale, words = match
             return (
-                f" The mean is {norm:.5g} counts long; gravity is {scale:.0f} for {words}",
+                f" The mean is {norm:.5g} counts; gravity is {scale:.0f} for {words}",
                 f"if so, --scale-factor '{key}={scale:.0f} LSB/g'",
             )
     return (
         "",
-        f"if so, --scale-factor '{key}=16384 LSB/g' with the number of the data sheet (16384 is ±2 g at 16 bits)",
+        f"if so, --scale-factor '{key}=16384 LSB/g' with the value of the data sheet (16384 is ±2 g at 16 bits)",
     )
 
 
@@ -129,8 +129,8 @@ def _thermometer(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
 def _unnamed(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
     name = group[0].name
     return "", (
-        f"if so, {unit_option([name], 'LSB')}, and --scale-factor '{name}=131 LSB/(deg/s)' with the number of the data "
-        "sheet"
+        f"if so, {unit_option([name], 'LSB')}, and --scale-factor '{name}=131 LSB/(deg/s)' with the value "
+        f"of the data sheet"
     )
 
 

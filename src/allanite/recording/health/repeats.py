@@ -56,7 +56,7 @@ def stuck(survey: ChannelSurvey) -> Iterator[Finding]:
         "stuck",
         f"{plural(len(spans), 'stretch')} of one repeated value, {count} samples ({percent(share)}); the first repeats "
         f"{survey.at(int(first[0])):.6g}{survey.unit} {first[1] - first[0]} times at {survey.seconds(int(first[0]))}, "
-        f"where chance makes at most {longest}{end}",
+        f"by chance at most {longest}{end}",
         severity=Severity.FATAL if share > MOSTLY else Severity.WARNING,
         channel=survey.name,
         spans=spans,

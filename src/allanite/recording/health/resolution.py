@@ -49,8 +49,8 @@ def quantisation(survey: ChannelSurvey) -> Iterator[Finding]:
     if is_unresolved(survey):
         yield finding(
             "quantisation_limited",
-            f"the noise from sample to sample is less than half the step (LSB) of {step:.4g}{survey.unit} in which the "
-            "values come: it is not resolved",
+            f"the sample-to-sample noise is less than half the step (LSB) of {step:.4g}{survey.unit} of "
+            f"the values: it is not resolved",
             severity=Severity.FATAL,
             channel=survey.name,
             count=survey.present,
@@ -59,7 +59,7 @@ def quantisation(survey: ChannelSurvey) -> Iterator[Finding]:
         excess = (1.0 - ratio**2 / 12.0) ** -0.5 - 1.0
         yield finding(
             "quantisation",
-            f"the values come in steps (LSB) of {step:.4g}{survey.unit}, {ratio:.2g} times their noise: rounding "
+            f"the values have steps (LSB) of {step:.4g}{survey.unit}, {ratio:.2g} times their noise: rounding "
             f"makes N up to {percent(excess)} larger",
             severity=Severity.WARNING,
             channel=survey.name,
@@ -103,7 +103,7 @@ def _step(survey: ChannelSurvey) -> Iterator[Finding]:
     lost = f"; all values are multiples of {step:.0f} counts apart" if several else ""
     yield finding(
         "resolution_step",
-        f"the values come in steps (LSB) of {step:.4g}{survey.unit}, {step / survey.sigma:.2g} of their noise{lost}",
+        f"the values have steps (LSB) of {step:.4g}{survey.unit}, {step / survey.sigma:.2g} of their noise{lost}",
         severity=Severity.INFO,
         channel=survey.name,
         count=survey.present,
@@ -146,7 +146,7 @@ def float_step(survey: ChannelSurvey) -> Iterator[Finding]:
         yield finding(
             "float_step",
             f"{kind} numbers near {_level(survey):.4g}{survey.unit} lie {ratio * survey.sigma:.2g}{survey.unit} apart, "
-            f"{ratio:.2g} times the noise: N reads about {percent(excess)} high",
+            f"{ratio:.2g} times the noise: N is about {percent(excess)} high",
             severity=Severity.WARNING,
             channel=survey.name,
             count=survey.present,

@@ -25,8 +25,8 @@ def rows_of_means(recording: Recording) -> Iterator[Finding]:
     if are_positions([recording.values(name) for name in sensors]):
         yield finding(
             "rows_of_means",
-            f"{recording.n_samples} rows in which three channels show one length from many sides, as gravity in a "
-            "table of positions: these are no samples of a log",
+            f"{recording.n_samples} rows in which three channels have the same magnitude in many "
+            f"directions, like gravity in a table of positions: these are not samples of a log",
             severity=Severity.FATAL,
             count=recording.n_samples,
         )

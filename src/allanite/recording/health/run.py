@@ -17,7 +17,7 @@ __all__ = ["autozero", "doubtful", "gap_reasons", "missing_because", "remarks", 
 Json = Mapping[str, Any]
 
 _NOT_NOTED = "no reason was noted"
-_NO_VALUE = "no value: an overload, not a number, or left out for a finding"
+_NO_VALUE = "no value: an overload, not a number, or left out because of a finding"
 _NAMED = 5
 
 
@@ -88,8 +88,8 @@ def doubtful(recording: Recording) -> Iterator[Finding]:
     if count:
         yield finding(
             "doubtful_samples",
-            f"{plural(count, 'sample')} of {stored} in the run ({percent(count / stored)}) came marked as doubtful: "
-            "the value, or the place in time of it and of what follows, may be wrong; nothing was left out",
+            f"{plural(count, 'sample')} of {stored} in the run ({percent(count / stored)}) are flagged as "
+            f"doubtful: the value, or the time of it and of later samples, may be wrong; nothing was left out",
             severity=Severity.WARNING,
             count=count,
         )
@@ -102,8 +102,8 @@ def remarks(recording: Recording) -> Iterator[Finding]:
     if n_remarks or resyncs:
         yield finding(
             "instrument_remarks",
-            f"the driver made {plural(n_remarks, 'remark')} on what came (rejected lines, garbage, repeated frames, "
-            f"counters in doubt), and {plural(resyncs, 'sample')} came first after an interruption",
+            f"the driver made {plural(n_remarks, 'remark')} (rejected lines, garbage, repeated frames, "
+            f"uncertain counters), and {plural(resyncs, 'sample')} came first after an interruption",
             severity=Severity.INFO,
             count=n_remarks + resyncs,
         )
@@ -116,8 +116,8 @@ def autozero(recording: Recording) -> Iterator[Finding]:
         if isinstance(settings, Mapping) and settings.get("autozero") in (0, 0.0, False):
             yield finding(
                 "autozero_off",
-                "the meter measured its own zero once and subtracted that from all readings: how its zero drifts is in "
-                "the record, and cannot be told from slow noise of the sensor (B, K, R)",
+                "the meter measured its zero once and subtracted it from all readings: the record "
+                "includes the drift of its zero, which is not separable from slow noise of the sensor (B, K, R)",
                 severity=Severity.INFO,
                 count=recording.n_samples,
             )
@@ -130,8 +130,8 @@ def scale(recording: Recording) -> Iterator[Finding]:
     for channel in known:
         yield finding(
             "scale_uncertain",
-            f"the scale factor is known to {percent(channel.scale_uncertainty or 0.0)} (standard uncertainty"
-            f"{_dated(recording)}): it is in the intervals of fitted noise models, and in no other interval",
+            f"the scale factor has a standard uncertainty of {percent(channel.scale_uncertainty or 0.0)}"
+            f"{_dated(recording)}: it enters the intervals of fitted noise models, and no other interval",
             severity=Severity.INFO,
             channel=channel.name,
             count=recording.n_samples,

@@ -150,11 +150,11 @@ def _by_gravity(group: Sequence[ChannelSurvey], *, counts: bool) -> tuple[str, s
                 norm, scale, words = match
                 return (
                     f"{scale:.0f} LSB/g",
-                    f"the mean is {norm:.5g} counts long; gravity is {scale:.0f} for {words}",
+                    f"the mean is {norm:.5g} counts; gravity is {scale:.0f} for {words}",
                 )
             continue
         norm = math.sqrt(sum(s.mean**2 for s in triad))
         for unit, gravity in _GRAVITY:
             if abs(norm / gravity - 1.0) < _AGREES:
-                return unit, f"the mean is {norm:.4g} long, which is gravity in {unit}"
+                return unit, f"the mean is {norm:.4g} in magnitude, which is gravity in {unit}"
     return "", ""

@@ -139,8 +139,9 @@ def contaminated(survey: ChannelSurvey, tails: Tails) -> Iterator[Finding]:
         return
     yield finding(
         "contaminated",
-        f"{percent(tails.share)} of the samples (standard error {percent(tails.share_sd)}), spread evenly over the "
-        f"record, scatter {tails.ratio:.2g} times as much as the others: N is {percent(tails.excess)} larger with them "
+        f"{percent(tails.share)} of the samples (standard error {percent(tails.share_sd)}), evenly "
+        f"distributed over the record, scatter {tails.ratio:.2g} times as much as the others: N is "
+        f"{percent(tails.excess)} larger with them "
         "than without",
         severity=Severity.WARNING,
         channel=survey.name,

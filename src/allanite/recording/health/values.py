@@ -53,7 +53,7 @@ def no_samples(survey: ChannelSurvey) -> Iterator[Finding]:
     if survey.present == 0:
         yield finding(
             "no_samples",
-            f"none of the {survey.n_samples} positions holds a sample (at least {MINIMUM} are needed)",
+            f"all {survey.n_samples} samples are missing (at least {MINIMUM} are needed)",
             severity=Severity.FATAL,
             channel=survey.name,
             count=survey.n_samples,
@@ -95,12 +95,10 @@ def missing(survey: ChannelSurvey) -> Iterator[Finding]:
 
 def _broken_up(survey: ChannelSurvey) -> Finding:
     spacing = every(survey)
-    pattern = f": values come every {spacing} rows" if spacing else ""
+    pattern = f": there is a value every {spacing} rows" if spacing else ""
     advice = None
     if spacing:
-        advice = (
-            f"keep the rows that hold a value and give their rate, {survey.recording.rate / spacing:.6g} Hz"
-        )
+        advice = f"keep the rows with a value and pass their rate, {survey.recording.rate / spacing:.6g} Hz"
     return finding(
         "broken_up",
         f"the longest unbroken stretch is {plural(survey.unbroken, 'sample')} of {survey.present}{pattern}",
@@ -201,7 +199,7 @@ def clipping(survey: ChannelSurvey) -> Iterator[Finding]:
     )
     yield finding(
         "clipping",
-        f"{text}, as often as in Gaussian noise whose range ends at {level:.1f} standard deviations",
+        f"{text}, as in Gaussian noise clipped at {level:.1f} standard deviations",
         severity=Severity.FATAL if fatal else Severity.WARNING,
         channel=survey.name,
         spans=spans_equal(
@@ -292,7 +290,8 @@ def implausible_exponents(survey: ChannelSurvey) -> Iterator[Finding]:
         wild = int(np.count_nonzero((values < 2.0**-100) | (values > OVERLOAD)))
         yield finding(
             "implausible_exponents",
-            f"magnitudes from 2^{low:.0f} to 2^{high:.0f}; {wild} of {len(values)} samples looked at are no sensor's",
+            f"magnitudes from 2^{low:.0f} to 2^{high:.0f}; {wild} of {len(values)} tested samples are "
+            f"implausible for a sensor",
             severity=Severity.FATAL,
             channel=survey.name,
             count=survey.present,
@@ -319,8 +318,8 @@ def only_grows(survey: ChannelSurvey) -> Iterator[Finding]:
     how = "grow" if sign > 0 else "fall"
     yield finding(
         "only_grows",
-        f"the values only {how}, by {abs(usual):.4g}{survey.unit} from row to row: this is a time, a counter or an "
-        "accumulated quantity, not the reading of a sensor at rest",
+        f"the values only {how}, by {abs(usual):.4g}{survey.unit} from row to row: this is a time, a "
+        f"counter or an accumulated quantity, not a sensor at rest",
         severity=Severity.FATAL,
         channel=survey.name,
         count=survey.present,

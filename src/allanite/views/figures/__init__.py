@@ -127,7 +127,7 @@ def sheet_of(obj: object, **options: Any) -> Sheet:
                     raise
                 raise InputError(f"{error}: not an option of the figure of a {type(obj).__name__}") from None
     raise InputError(
-        f"no figure for a {type(obj).__name__}: give a recording, a curve, a model, a study or another result of "
+        f"no figure for a {type(obj).__name__}: pass a recording, a curve, a model, a study or another result of "
         "allanite, or its document"
     )
 
@@ -241,7 +241,7 @@ def _reversals(
     from allanite.views.figures.turned import turned_panels
 
     if recording is None:
-        raise InputError("turns are drawn over their record: give recording=, a Recording or its overview")
+        raise InputError("turns are drawn over their record: pass recording=, a Recording or its overview")
     return _column(turned_panels(recording, reversals, channel=channel, zoom=zoom))
 
 
@@ -326,7 +326,7 @@ def _rate_vector(result: Any, *, view: str = "whole", recording: Any = None) -> 
         "means": lambda: vector.mean_panels(shown),
         "record": lambda: vector.record_panels(shown, vector.overviews_of(shown, known)),
     }
-    return _in_view(parts, view, "nothing to draw of this rate vector: give the record of it with recording=")
+    return _in_view(parts, view, "this rate vector has nothing to draw: pass its record with recording=")
 
 
 def _static(result: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
@@ -339,9 +339,7 @@ def _static(result: Any, *, view: str = "whole", recording: Any = None) -> Sheet
         "level": lambda: static.level_panels(spans),
         "record": lambda: static.record_panels(spans, static.overviews_of(spans, recording)),
     }
-    return _in_view(
-        parts, view, "nothing to draw of these static spans: give the record of them with recording="
-    )
+    return _in_view(parts, view, "these static spans have nothing to draw: pass their record with recording=")
 
 
 def _calibration(result: CalibrationEstimate, *, view: str = "whole", recording: Any = None) -> Sheet:

@@ -157,7 +157,7 @@ def _cables() -> _Parts:
         *arrow(
             (out, 21.0), (out, 27.0), (68.0, 27.0), (68.0, 18.0), colour="z", width=1.2, name="signal cable"
         ),
-        Words(x=50.5, y=25.4, text="analogue output [V], follows the rate", colour="z", size=0.95),
+        Words(x=50.5, y=25.4, text="analog output [V], follows the rate", colour="z", size=0.95),
         *arrow((78.0, 9.7), (84.0, 9.7), width=2.4, both=True, head=1.7, name="GPIB"),
         Words(x=81.0, y=11.6, text="GPIB", size=0.9),
     ]

@@ -56,7 +56,7 @@ _SETTLED = 0.2  # part of the record after which the bands must lie inside the f
 
 def compass_panel(north: NorthEstimate) -> Panel:
     """The compass, north upwards, with what was found in words beside it."""
-    return Panel(title="Where the mark of the table points", drawing=compass(north))
+    return Panel(title="Azimuth of the mark of the table", drawing=compass(north))
 
 
 def compass(north: NorthEstimate) -> Drawing:
@@ -146,13 +146,13 @@ def _direction(north: NorthEstimate) -> list[str]:
     percent = f"{100 * north.confidence:g} %"
     arcs = north.interval
     if north.anywhere:
-        return [f"{percent} interval: every direction", "the record says nothing about north"]
+        return [f"{percent} interval: every direction", "the record does not determine north"]
     digits = min((_digits(a.width) for a in arcs), default=1)
     intervals = [f"{math.degrees(a.start):.{digits}f} to {math.degrees(a.stop):.{digits}f} deg" for a in arcs]
     if not intervals:
         return ["no direction explains the record"]
     if math.isnan(north.azimuth):
-        return ["one component alone is seen", *(f"{percent} interval {text}" for text in intervals)]
+        return ["only one component is resolved", *(f"{percent} interval {text}" for text in intervals)]
     return [
         f"azimuth of the mark {math.degrees(north.azimuth):.{digits}f} deg",
         f"{percent} interval {intervals[0]}",
@@ -243,7 +243,7 @@ def _azimuth_panel(north: NorthEstimate, time: Array, away: Array, half: Array, 
     low, high = around([0.0], away[late], (away - half)[late], (away + half)[late])
     result = f"{math.degrees(north.azimuth):.2f} deg"
     return Panel(
-        title="Azimuth as the record grows",
+        title="Running estimate of the azimuth",
         x=axis,
         y=Axis(label=f"Azimuth − {result} [deg]", limits=(max(low, -180.0), min(high, 180.0))),
         curves=(curve,),
@@ -264,7 +264,7 @@ def _rate_panel(north: NorthEstimate, time: Array, axis: Axis, frame: tuple[floa
         curves.append(Curve(x=at, y=y, lower=ends[:1], upper=ends[1:], bars=True, label=label, **look))
     late = time >= _SETTLED * time[-1] if time.size else np.zeros(0, dtype=np.bool_)
     return Panel(
-        title="Horizontal rate as the record grows",
+        title="Running estimate of the horizontal rate",
         x=axis,
         y=Axis(label="Horizontal rate [deg/h]", limits=around([known], ends, rate[late])),
         curves=(*curves, level(known, frame, f"the Earth here {known:.3f} deg/h")),

@@ -81,7 +81,7 @@ def running_panel(estimate: EarthRateEstimate) -> Panel:
     frame = 0.0, 1.02 * estimate.duration / second
     final = _result(estimate, estimate.duration / second, f"result, {percent} interval")
     return Panel(
-        title=f"Estimate as the record grows: {estimate.verdict}",
+        title=f"Running estimate: {estimate.verdict}",
         x=Axis(label=f"Time since the first sample [{unit}]", limits=frame),
         y=Axis(label="Earth rate [deg/h]", limits=_settled(estimate, time, (rate, pairs), wide * sd)),
         curves=(*curves, *final, known_rate(estimate.earth_rate, frame)),
@@ -152,7 +152,7 @@ def dwell_panels(estimate: EarthRateEstimate) -> tuple[Panel, Panel]:
             key="above",
         ),
         Panel(
-            title="What level and Earth leave of them: noise and drift",
+            title="Residuals without level and Earth rate: noise and drift",
             x=x,
             y=Axis(label="Residual [deg/h]", limits=_bars(left, array([0.0]))),
             curves=left,
@@ -236,7 +236,7 @@ def dead_time_panel(estimate: EarthRateEstimate) -> Panel:
     frame = around(dead, [0.0], room=0.06)
     known = estimate.earth_rate / DEG_H
     return Panel(
-        title="The same record with other dead times",
+        title="Estimate against dead time",
         x=Axis(label="Left out after each turn [s]", limits=frame),
         y=Axis(
             label="Earth rate [deg/h]",
@@ -267,7 +267,7 @@ def estimator_panel(estimate: EarthRateEstimate) -> Panel:
     ticks = [*names, "regression"]
     frame = -0.6, len(names) + 0.6
     return Panel(
-        title="Three ways to read the same dwells",
+        title="Three estimators for the same dwells",
         x=Axis(label="", limits=frame, names=tuple(enumerate(ticks))),
         y=Axis(label="Earth rate [deg/h]", limits=around(known, *ends, room=0.12)),
         curves=(*curves, *result, known_rate(estimate.earth_rate, frame)),
@@ -300,7 +300,7 @@ def open_panel(estimate: EarthRateEstimate) -> Panel:
     )
     names = tuple((i, words) for i, (_, words) in enumerate(poses))
     return Panel(
-        title="Without reversals rate and bias are one constant",
+        title="Without reversals rate and bias are a single constant",
         x=Axis(label="", limits=(-0.5, len(poses) - 0.5), names=names),
         y=Axis(label="Bias [deg/h]", limits=around(y - half, y + half, [0.0], room=0.12)),
         curves=(curve,),

@@ -23,7 +23,7 @@ def sphere_panels(plan: PositionPlan) -> list[Panel]:
     if plan.what != "calibration":
         return []
     spots = [Spot(up=p.up, label=str(p.number)) for p in plan.positions]
-    return [sphere_panel(spots, title="Which way is up, in the axes of the sensor, in this order")]
+    return [sphere_panel(spots, title="Direction of up, in the axes of the sensor, in this order")]
 
 
 def length_panel(plan: PositionPlan) -> Panel:

@@ -114,7 +114,7 @@ def gain_panel(result: Combination) -> Panel:
         curves.append(Curve(x=tau, y=expected, label=f"{axis}, by the models", **look))
         best = expected * result.loss[:, m]
         if (best > 1.005 * expected).any():
-            words = f"{axis}, weights made for each time"
+            words = f"{axis}, weights for each time"
             curves.append(Curve(x=tau, y=best, label=words, style="dashed", **look))
         if np.isfinite(gain).any():
             curves.append(
@@ -123,7 +123,7 @@ def gain_panel(result: Combination) -> Panel:
                     label=f"{axis}, measured", **look,
                 )
             )  # fmt: skip
-    words = f"weights made for {result.averaging:.3g} s"
+    words = f"weights for {result.averaging:.3g} s"
     top = float(np.nanmax(np.concatenate([c.y for c in curves])))
     return Panel(
         title="Gain over the best sensor",

@@ -83,7 +83,7 @@ def response_panels(result: RateTableEstimate) -> list[Panel]:
 
 
 def step_panels(result: RateTableEstimate) -> list[Panel]:
-    """What the fit leaves of each step, in the order of time, before and after the slow noise was removed."""
+    """Residual of each step, in the order of time, before and after the slow noise was removed."""
     steps = [s for s in result.steps if s.used and math.isfinite(s.residual)]
     size = result.full_output
     if not steps or not size:
@@ -113,7 +113,7 @@ def step_panels(result: RateTableEstimate) -> list[Panel]:
         curves.append(Curve(x=x, y=corrected, label=label, colour="orange", style="none", marker="square"))
     return [
         Panel(
-            title="What the fit leaves of each step",
+            title="Residual of each step",
             x=Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, result.duration / second)),
             y=Axis(label="Residual [ppm of full scale]", limits=_ends(curves)),
             curves=tuple(curves),
@@ -134,7 +134,7 @@ def drift_panels(result: RateTableEstimate) -> list[Panel]:
     drift = aided.drift / factor
     return [
         Panel(
-            title="Slow noise, by the filter that is told the fitted response",
+            title="Slow noise, from the filter with the fitted response as reference",
             x=Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, result.duration / second)),
             y=Axis(label=f"Slow noise [{text}]", limits=around(drift)),
             curves=(Curve(x=aided.time / second, y=drift, label="removed", colour="z"),),
@@ -165,7 +165,7 @@ def noise_panels(result: RateTableEstimate) -> list[Panel]:
     return [
         Panel(
             title="Noise against the rate",
-            x=Axis(label="Rate of the table, without its sign [deg/s]"),
+            x=Axis(label="Absolute rate of the table [deg/s]"),
             y=Axis(label="Noise over the model's", limits=around(ratio, 1 - half, 1 + half)),
             curves=(expected, ratios),
             height=0.24,

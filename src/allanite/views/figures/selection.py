@@ -77,7 +77,7 @@ def curves_panel(channel: ChannelSelection) -> Panel:
         lines.append(replace(line, style=_STYLES[i]))
     low, high = positive_range(measured.y, *(line.y for line in lines), _finite(measured.upper))
     return Panel(
-        title=f"{channel.name}: Allan deviation, and what the first sets make of it",
+        title=f"{channel.name}: Allan deviation, and the best sets of terms",
         x=Axis(label="Averaging time [s]", log=True),
         y=Axis(label=f"Allan deviation [{unit}]", log=True, limits=(low / 1.5, 1.5 * high)),
         curves=(measured, *lines),

@@ -30,7 +30,7 @@ def part_panel(result: Separation) -> Panel:
         curves += _curves(part, tau * shift[i], factor, floor, "ink" if common else SERIES[i], MARKERS[i])
     high = positive_range(*(c.y for c in curves), *(c.upper for c in curves if c.upper is not None))[1]
     return Panel(
-        title="Allan deviation of every part; a triangle that points down is an upper limit",
+        title="Allan deviation of every part; a downward triangle is an upper limit",
         x=Axis(label="Averaging time [s]", log=True),
         y=Axis(label=f"Allan deviation [{unit}]", log=True, limits=(floor, 1.6 * high)),
         curves=tuple(curves),

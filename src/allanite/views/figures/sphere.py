@@ -81,7 +81,7 @@ SPOT_LOOKS: Mapping[SpotKind, SpotLook] = MappingProxyType(
 def sphere_panel(
     spots: Sequence[Spot],
     *,
-    title: str = "Which way was up, in the axes of the sensor",
+    title: str = "Direction of up, in the axes of the sensor",
     words: Mapping[str, str] | None = None,
 ) -> Panel:
     """A panel of `sphere`."""

@@ -31,7 +31,7 @@ def reversals_of(given: Any) -> Json:
     document = given if isinstance(given, Mapping) else given.to_json()
     document = document.get("reversals", document)
     if not isinstance(document, Mapping) or "turns" not in document:
-        raise InputError("no turns there: give Reversals, an EarthRateEstimate, or the document of either")
+        raise InputError("no turns to draw: pass Reversals, an EarthRateEstimate, or the document of either")
     return document
 
 
@@ -63,7 +63,7 @@ def turned_panels(
     if zoom is None:
         return [turned_panel(record, reversals, channel=channel)]
     if not isinstance(record, Recording):
-        raise InputError("a closer look needs the Recording: an overview holds no samples")
+        raise InputError("a detail needs the Recording: an overview has no samples")
     return window_panels(record, reversals, zoom_window(record, reversals, zoom), channel=channel)
 
 

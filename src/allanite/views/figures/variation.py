@@ -141,7 +141,7 @@ def _key(deepest: float, y: float) -> list[DrawnShape | Words]:
         )
         x += 10.5
     parts.append(box(x, y - 0.9, 2.6, 1.8, line_width=0.9))
-    caption = "framed: no chance; others pale"
+    caption = "framed: significant; others pale"
     return [*parts, Words(x=x + 3.7, y=y, text=caption, across="left", size=0.9, colour="guide")]
 
 

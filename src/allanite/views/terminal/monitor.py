@@ -97,7 +97,7 @@ def _head(document: Json) -> Text:
     words, tone = RUN_STATES[document["status"]]
     age, outage = document["age"], document["outage"]
     if age is not None and outage is not None:
-        words, tone = f"recording, but nothing comes: {outage['reason']}", "warning"
+        words, tone = f"recording, but no data arrive: {outage['reason']}", "warning"
     elif age is not None and age > _SILENT:
         words, tone = f"recording, but nothing has been stored for {duration(age)}", "warning"
     reason = f": {document['reason']}" if document["reason"] else ""
@@ -170,7 +170,7 @@ def _missing(document: Json) -> str | Text:
 def _since(outage: Json) -> str:
     """What is missing besides, behind the last sample: so far nobody counted it."""
     if outage["seconds"] is None:
-        return f"; when the recorder died nothing came: {outage['reason']}"
+        return f"; no data arrived when the recorder died: {outage['reason']}"
     return f"; and by the clock about {_grouped(outage['samples'])} in the {duration(outage['seconds'])} since the last"
 
 
@@ -197,7 +197,7 @@ def _disk(document: Json) -> str | Text:
     if disk["needed"] is None:
         return Text(f"{text}: make room", TONES["fatal"])
     short = disk["needed"] - disk["free"]
-    shortage = f"{_size(short)} too little" if short > 0 else "less than twice that are free"
+    shortage = f"{_size(short)} too little" if short > 0 else "less than twice that is free"
     return Text(f"{text}; the run still needs {_size(disk['needed'])}, {shortage}: make room", TONES["fatal"])
 
 

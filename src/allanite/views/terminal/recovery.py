@@ -21,7 +21,7 @@ def show_recovery(document: Json) -> None:
 
     out = console()
     losses = document["losses"]
-    whole = "All that was recorded is there" if document["missing"] else "All is there"
+    whole = "All recorded samples are stored" if document["missing"] else "All is there"
     verdict, tone = (whole, "good") if not losses else ("With loss", "warning")
     if not document["kept"]:
         verdict, tone = "Nothing can be read", "fatal"

@@ -209,7 +209,7 @@ def show_interval_errors(errors: Sequence[IntervalError]) -> None:
         for m, tau, error, count in zip(one.lags, one.tau, one.error, one.count, strict=True):
             table.add_row(str(m), f"{tau:.6g}", number(float(error), 5), str(count))
         out.print(table)
-    out.print("Facts about this record, without intervals; an offset of frequency is in them.")
+    out.print("These values describe this record only, without intervals; they include a frequency offset.")
 
 
 def curve_table(curve: AllanCurve, which: range) -> Table:

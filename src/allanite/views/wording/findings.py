@@ -46,7 +46,7 @@ def movement(findings: Iterable[Finding]) -> str | None:
     """The sentence about a log that moves, which comes before all others; None for one at rest."""
     if not any(f.code in MOVES for f in findings):
         return None
-    return "This log moves: the unit was not at rest. Only its quiet parts show the noise of the sensor."
+    return "The unit moved during this log. Only its quiet parts show the noise of the sensor."
 
 
 def findings_headline(findings: Iterable[Finding]) -> tuple[str, str]:

@@ -81,7 +81,7 @@ def _bandwidth(channel: ChannelStudy) -> Iterator[str]:
 
 def _held(held: HeldSamples) -> str:
     rate, log = (f"{value:.6g} Hz" for value in (held.rate, held.log_rate))
-    return f"each value was taken once, at the sensor's own rate of {rate}; the log runs at {log}."
+    return f"each value was used once, at the sensor's rate of {rate}; the log runs at {log}."
 
 
 def _contamination(contamination: Contamination, channel: ChannelModels) -> str:
@@ -95,7 +95,7 @@ def _contamination(contamination: Contamination, channel: ChannelModels) -> str:
     return (
         f"N is {written(contamination.N)} for all samples and {written(contamination.N_without)} without the "
         f"{number(100 * contamination.share, 2)} % that scatter {number(contamination.ratio, 2)} times as much. "
-        "The first interval holds their scatter."
+        "The first interval includes their scatter."
     )
 
 
@@ -104,16 +104,17 @@ def _aliasing(aliasing: Aliasing) -> str:
     return (
         f"N is that of the samples. Each averages {aperture} of its {interval}: if the noise of the sensor is white "
         f"far beyond 1/{aperture}, its own N is {number(aliasing.factor, 4)} = √({interval}/{aperture}) times smaller "
-        "(aliasing). Nothing was divided by that."
+        "(aliasing). No result was divided by it."
     )
 
 
 def _scale(model: NoiseModel) -> Iterator[str]:
     if model.scale_uncertainty is not None:
         yield (
-            f"the intervals hold the scale factor's standard uncertainty of {number(100 * model.scale_uncertainty, 2)} "
-            "%, one error common to all amplitudes, in quadrature with the statistical one. The band of the curve does "
-            "not."
+            f"the intervals include the scale factor's standard uncertainty of "
+            f"{number(100 * model.scale_uncertainty, 2)} "
+            "%, common to all amplitudes, in quadrature with the statistical uncertainty. The band of the "
+            "curve does not include it."
         )
 
 
@@ -121,7 +122,7 @@ def _scale(model: NoiseModel) -> Iterator[str]:
 _CLOCK = (
     "WPM, WFM, FFM, RWFM: white phase, white, flicker and random-walk frequency noise, of fractional frequency. "
     "Flicker phase noise (FPM) is not a term of the fit: the Allan deviation shows it as WPM; "
-    "`--statistic mdev` of `allanite allan` tells them apart (slope -3/2 for WPM, -1 for FPM)."
+    "`--statistic mdev` of `allanite allan` distinguishes them (slope -3/2 for WPM, -1 for FPM)."
 )
 
 

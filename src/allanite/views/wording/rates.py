@@ -173,7 +173,7 @@ def known_rate(value: float) -> EarthRateWording:
     """The rotation of the Earth as it is known."""
     return EarthRateWording(
         name="known",
-        note="rotation of the Earth to the stars",
+        note="sidereal rotation of the Earth",
         value=f"{value / DEG_H:.3f}",
         range="",
         seconds=f"{value / DEG:.6f}",

@@ -12,6 +12,6 @@ RUN_STATES: Mapping[str, tuple[str, str]] = {
     "success": ("finished as planned", "good"),
     "abort": ("stopped", "good"),
     "fail": ("ended by a failure", "fatal"),
-    "unfinished": ("broken off: the recorder died", "fatal"),
+    "unfinished": ("interrupted: the recorder died", "fatal"),
 }
 """Words and tone of each status of a run on disk. What was recorded before a stop is kept."""

@@ -44,7 +44,7 @@ GUARANTEE = (
     "95 % intervals for this record alone; '<' is a 95 % upper limit. Sessions, units and temperatures often differ by "
     "more: allanite compare."
 )
-EQUIVALENT = "* the B whose floor is the peak of the Gauss-Markov term with this T_b."
+EQUIVALENT = "* the B whose floor equals the peak of the Gauss-Markov term with this T_b."
 
 _FAMILIES = {
     "rate": "gyroscope",

@@ -63,7 +63,7 @@ def _reading_line(estimate: EarthRateEstimate, reading: RateReading) -> EarthRat
     name, note = _reading_words(estimate.first, reading.name)
     if reading.scatter is not None:
         alone = f"±{number(quantile * reading.scatter / DEG_H, 2)} ({100 * estimate.confidence:g} %)"
-        note += f"; by the scatter of its {reading.count} values alone {alone}"
+        note += f"; from the scatter of its {reading.count} values alone {alone}"
     half = quantile * reading.sd
     return estimate_of(reading.rate, reading.rate - half, reading.rate + half, name=name, note=note)
 
@@ -74,7 +74,7 @@ def _reading_words(first: str, name: str) -> tuple[str, str]:
     function = "sin" if is_vertical(first) else "cos"
     notes = {
         "pairs": f"the seed paper's estimator: ({plus} − {minus}) / (2 {function} latitude)",
-        triple_of(first): "three dwells at a time: a linear drift cancels",
+        triple_of(first): "three dwells at a time; cancels a linear drift",
     }
     return "pairs of dwells" if name == "pairs" else name, notes.get(name, "")
 
@@ -105,7 +105,8 @@ def axis_facts(estimate: EarthRateEstimate) -> list[tuple[str, str]]:
 def unstated_words(first: str) -> str:
     """That nothing is stated beside the noise."""
     last = "g-sensitivity" if is_vertical(first) else "heading"
-    return f"The interval holds the noise alone: no uncertainty of scale factor, latitude, tilt or {last} is stated."
+    return f"The interval includes only the noise: no uncertainty of scale factor, latitude, tilt or "
+    f"{last} is stated."
 
 
 def _with_ends(component: AxisComponent, factor: float, unit: str) -> str:

@@ -42,15 +42,15 @@ def findings_page() -> str:
     lines = [
         "# Findings",
         "",
-        "What `allanite info` and `allanite characterize` may find wrong with a recording, and what its turns may show",
-        "(last table). Nothing is repaired unless it is asked for by name (`--repair`, last column):",
-        "samples are kept, or left out and named. A *fatal* finding refuses the analysis; `--accept CODE` goes on",
-        "despite it, and the result says so. A *warning* says that a number suffers. An *info* is worth",
-        "knowing. Samples that are left out keep their place in time: they become gaps.",
+        "Faults that `allanite info` and `allanite characterize` report, and findings about turns (last table).",
+        "allanite repairs nothing unless you name the repair (`--repair`, last column): samples are kept, or left out",
+        "and reported. A *fatal* finding stops the analysis; `--accept CODE` continues despite it, and the result",
+        "reports this. A *warning* means that a result is affected. An *info* is worth knowing. Samples that are left",
+        "out keep their place in time: they become gaps.",
         "",
-        "False alarms: on simulated white noise, flicker and random walk, fewer than 1 record in 100 has any",
-        "finding but `resolution_step` and those that come from the file.",
-        "[Look-alikes](look-alikes.md): what each finding may be mistaken for, and what tells the two apart.",
+        "False alarms: with simulated white noise, flicker and random walk, fewer than 1 record in 100 has any",
+        "finding except `resolution_step` and those about the file.",
+        "[Look-alikes](look-alikes.md): what each finding may be mistaken for, and how to distinguish the two.",
     ]
     group = ""
     for code, entry in CATALOGUE.items():

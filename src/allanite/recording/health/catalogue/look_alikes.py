@@ -9,27 +9,27 @@ __all__ = ["LOOK_ALIKES"]
 LOOK_ALIKES: dict[str, tuple[str, str]] = {
     "no_samples": (
         "the wrong column",
-        "nothing but empty cells is in the channel: other channels are listed with it",
+        "the channel has only empty cells: the error lists other channels",
     ),
     "too_short": (
         "a log cut by `--from`, `--to`",
-        "the count is that of the part that was asked for",
+        "the count is that of the requested part",
     ),
     "rows_of_means": (
-        "a short log of a unit that tumbles",
-        "stamps: rows that come faster than one in 5 s are samples",
+        "a short log of a tumbling unit",
+        "stamps: rows at intervals below 5 s are samples",
     ),
     "broken_up": (
-        "samples lost at random; two sensors that take turns",
-        "values at an even spacing of rows are two sensors: the spacing is stated, and the repair keeps it",
+        "samples lost at random; two alternating sensors",
+        "values at an even spacing of rows are two sensors: the spacing is stated, and the repair uses it",
     ),
     "missing": (
-        "zeros and fill values in place of lost samples",
-        "those are `zero_filled` and `fill_value`; here nothing is written",
+        "zeros and fill values instead of lost samples",
+        "those are `zero_filled` and `fill_value`; here the cells are empty",
     ),
     "overload": (
         "a very large reading",
-        "at 9.9E37 and above no instrument has a reading",
+        "no instrument has readings of 9.9E37 and above",
     ),
     "saturated": (
         "clipping inside the range; a level near a power of two",
@@ -37,36 +37,36 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "clipping": (
         (
-            "a log of few levels; zeros or fill values; a vibration, whose density rises at its ends; a frozen "
-            "reading"
+            "a log with few levels; zeros or fill values; a vibration, whose density rises at its ends; a "
+            "frozen reading"
         ),
         (
-            "at most eight levels are `quantisation`; a value that stands alone far from all others is a word; "
-            "counts that fall outwards and jump at the end are a clip, counts that rise all along are not; a run "
-            "counts once"
+            "at most eight levels are `quantisation`; a single value far from all others is a code; "
+            "counts that fall outward and jump at the end are clipping, steadily rising counts are not; a "
+            "run counts once"
         ),
     ),
     "implausible_exponents": (
         "overload words; a drift over decades",
-        "nine tenths of the magnitudes span over 60 powers of two; then nothing else is reported",
+        "90 % of the magnitudes span over 60 powers of two; then nothing else is reported",
     ),
     "only_grows": (
         "a strong drift; an accumulated angle with its unit",
         (
-            "of noise one step in two is negative: 98 % have one sign only where the drift is three sigma per "
-            "sample; an angle is an angle by its unit"
+            "half of the steps of noise are negative: 98 % have the same sign only if the drift is three "
+            "sigma per sample; an angle is identified by its unit"
         ),
     ),
     "no_noise_resolved": (
         "a log that froze at its first sample",
-        "none: both are one value throughout",
+        "none: both are constant",
     ),
     "quantisation_limited": (
-        "values held for several rows; one wild value that blurs the step",
-        "held values change by many steps at once; values beyond a thousand spreads do not tell the step",
+        "values held for several rows; an outlier that hides the step",
+        "held values change by many steps; values beyond a thousand spreads are ignored in finding the step",
     ),
     "quantisation": (
-        "a time column, whose steps are even; the step of float32 numbers",
+        "a time column, with its even steps; the step of float32 numbers",
         "a time is `only_grows`; a step that grows with the level is `float_step`",
     ),
     "quantisation_not_white": (
@@ -75,46 +75,46 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "resolution_step": (
         "roundings of scaled counts",
-        "values closer than eight roundings are one",
+        "values closer than eight roundings are equal",
     ),
     "float_step": (
         "the step of a converter",
-        "it is that of the number type at the median of the samples",
+        "it equals the spacing of the number type at the median of the samples",
     ),
     "stuck": (
         "coarse steps, which repeat by chance; held values; a tail of zeros",
         (
-            "the longest run that chance makes of these steps is stated; held values repeat alike all along; "
-            "zeros far from the level are `zero_filled`. A coarse axis counts as frozen where the others froze"
+            "the longest run by chance with these steps is stated; held values repeat throughout; zeros "
+            "far from the level are `zero_filled`. A coarse axis counts as frozen where the others froze"
         ),
     ),
     "zero_filled": (
         "coarse steps with 0 among them; a signal about zero; a dead band",
         (
-            "0 must stand alone: over 8 sigma from the level, with at least two unused steps beside it; about "
-            "zero only rows that are 0 in all channels count, ten times as many as chance makes"
+            "0 must be isolated: over 8 sigma from the level, with at least two unused steps next to it; "
+            "near a zero level only rows that are 0 in all channels count, if ten times as many as by chance"
         ),
     ),
     "fill_value": (
-        "the end of a range that knocks reach; two levels in turn",
+        "the end of a range that knocks reach; two alternating levels",
         (
-            "one exact value, three times at least, alone far from all others. Knocks that always end at the same"
-            " value look alike, and are no readings either"
+            "one exact value, at least three times, far from all others. Knocks that always end at the "
+            "same value look the same, and are not readings either"
         ),
     ),
     "held_samples": (
         "a frozen stretch; coarse steps; motion, which changes how often neighbors are equal",
         (
-            "frozen stretches are left out before; repeats by the step have no clock, those of a slower sensor come at "
-            "a steady rate"
+            "frozen stretches are left out first; repeats from coarse steps have no regular rate, those "
+            "of a slower sensor do"
         ),
     ),
     "interleaved": (
         "one spike or a wild first row; a step, a ramp; a line near half the rate",
         (
-            "nine quarters in ten of all pieces of the record must show the same order of levels, each about the "
-            "moving mean and with its extremes cut: a spike is in one piece, a line turns over. A line locked to "
-            "a whole fraction of the rate looks alike"
+            "90 % of all pieces of the record must show the same order of levels, each about the moving "
+            "mean and with its extremes trimmed: a spike is in one piece, a line changes phase. A line "
+            "locked to a whole fraction of the rate looks the same"
         ),
     ),
     "half_before_gap": (
@@ -127,11 +127,11 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "time_stamps": (
         "jitter",
-        "a step back, or stamps that are equal, is no jitter",
+        "a backward step, or equal stamps, are not jitter",
     ),
     "duplicate_stamps": (
         "coarse stamps",
-        "the stamps around are finer than the interval",
+        "the surrounding stamps are finer than the interval",
     ),
     "rate_jitter": (
         "lost samples",
@@ -151,10 +151,10 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "clock_drift": (
         "jitter of the stamps",
-        "five standard errors beyond it, or half an interval by medians of many stamps",
+        "the drift exceeds it by five standard errors, or reaches half an interval in medians of many stamps",
     ),
     "decimated": (
-        "a clock that is off",
+        "a clock with the wrong rate",
         "the ratio is a whole number within 1 %",
     ),
     "coarse_stamps": (
@@ -163,19 +163,19 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "no_time_stamps": (
         "stamps set aside by `--rate`",
-        "the message names where the rate came from",
+        "the message names the source of the rate",
     ),
     "ragged_rows": (
-        "a cut last line",
-        "that one is counted apart",
+        "a truncated last line",
+        "that one is counted separately",
     ),
     "cells_missing": (
         "a word for overload",
-        "overload words are counted apart",
+        "overload words are counted separately",
     ),
     "unterminated_last_line": (
         "a short last row",
-        "the line has no end",
+        "the line has no line end",
     ),
     "nul_bytes": (
         "a binary file",
@@ -187,7 +187,7 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "repaired": (
         "none",
-        "it was asked for",
+        "it was requested",
     ),
     "gap_reasons": (
         "none",
@@ -203,7 +203,7 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "autozero_off": (
         "none",
-        "the settings of the meter say it",
+        "the settings of the meter state it",
     ),
     "scale_uncertain": (
         "none",
@@ -211,25 +211,25 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "spikes": (
         "noise with heavy tails; a knock that rings; a step of the level",
-        "few, in short bursts, with a quiet record beside them; a step stays where it went",
+        "few, in short bursts, in an otherwise quiet record; a step is permanent",
     ),
     "heavy_tails": (
         "spikes; a disturbance",
-        "too many for isolated impulses, and evenly over the record",
+        "too many for isolated impulses, and evenly distributed over the record",
     ),
     "contaminated": (
         "spikes; noise that changes; coarse steps; Student or Laplace noise",
         (
-            "a mixture of two spreads must be likelier than each of these laws, the wide samples must not cluster, and "
-            "they must come evenly over the record"
+            "a mixture of two spreads must be more likely than each of these distributions, and the wide "
+            "samples must not cluster and must be evenly distributed over the record"
         ),
     ),
     "disturbance": (
         "drift and flicker; spikes; a change of the noise",
         (
-            "differences of block means do not see drift; spikes are taken out before; a window must exceed four times "
-            "the quiet power. Noise up to five times louder for a time, by the same factor at every lag, is "
-            "`noise_changes`"
+            "differences of block means are insensitive to drift; spikes are removed first; a window must "
+            "exceed four times the quiet power. Noise temporarily up to five times larger, by the same "
+            "factor at every lag, is `noise_changes`"
         ),
     ),
     "not_at_rest": (
@@ -238,17 +238,17 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "motion": (
         "drift of an accelerometer's bias",
-        "2 deg are 34 mg: no bias drifts so far",
+        "2 deg are 34 mg: no bias drifts that far",
     ),
     "amplitude_drop": (
         "a frozen or held stretch",
-        "those are left out before; the power is below half, not 0",
+        "those are left out first; the power is below half, not 0",
     ),
     "noise_changes": (
         "a disturbance; chance",
         (
-            "parts of the record against chi-square, one record in 10 000 by chance; no window stands out beyond the "
-            "noise from sample to sample around it"
+            "a chi-square test of the parts of the record, one false alarm in 10 000 records; no window "
+            "exceeds the sample-to-sample noise around it"
         ),
     ),
     "unit_missing": (
@@ -261,23 +261,23 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "gravity": (
         "an accelerometer triad in motion",
-        "where the unit turned, its usual second counts; one that moves all along is left alone; mix-ups are named",
+        "if the unit turned, its most typical second counts; constant motion gives no finding; mix-ups are named",
     ),
     "unit_trap": (
         "a vibrating gyro",
-        "the quiet windows decide, and a ratio of 57.3 is named",
+        "the quiet windows decide, and a ratio of 57.3 is reported",
     ),
     "bias_removed": (
-        "a good gyro at right angles to the Earth's axis; a simulated record",
+        "a good gyro perpendicular to the Earth's axis; a simulated record",
         "two axes of a triad, by chance in one record of 100",
     ),
     "floor_taken_off": (
         "none",
-        "it was asked for",
+        "it was requested",
     ),
     "floor_dominates": (
         "a sensor quieter than its instrument",
-        "none: that is what it says",
+        "none: this is the same",
     ),
     "aliasing": (
         "none",
@@ -288,16 +288,16 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
         "a steady line is as wide as the record allows",
     ),
     "lag_and_frequency_disagree": (
-        "a bad fit",
-        "the curve is fitted well, the spectrum is another",
+        "a poor fit",
+        "the curve is fitted well, but the spectrum disagrees",
     ),
     "short_lags_left_out": (
         "quantisation",
         "no sum of noise terms has that slope",
     ),
     "model_discrepancy": (
-        "too small intervals",
-        "the curve against its own covariance",
+        "intervals that are too small",
+        "a test of the curve with its own covariance",
     ),
     "not_fitted": (
         "none",
@@ -309,26 +309,26 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "environment_taken_off": (
         "none",
-        "it was asked for",
+        "it was requested",
     ),
     "temperature_not_resolved": (
         "a drift of the sensor",
-        "temperature that only rises cannot be told from time",
+        "a monotonic temperature is not separable from time",
     ),
     "hysteresis": (
         "a lag of the sensor behind its temperature",
-        "the branches differ at one temperature beyond a lag",
+        "the branches differ at the same temperature by more than a lag explains",
     ),
     "warm_up": (
         "a random walk; a ramp",
-        "the exponential against noise of the fitted kind",
+        "a test of the exponential against the fitted noise",
     ),
     "turns_by_size": (
-        "knocks of one size",
+        "knocks of equal size",
         "angles near half a turn, accelerometers that change sign with them, or the list of turns",
     ),
     "turns_by_rhythm": (
-        "knocks in time",
+        "knocks in step with the turns",
         "none but the list of turns",
     ),
     "turn_unlike": (
@@ -340,7 +340,7 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
         "samples at the end of the range",
     ),
     "turn_missed": (
-        "a long dwell that was planned",
+        "a planned long dwell",
         "the list of turns",
     ),
     "turn_doubled": (
@@ -361,7 +361,7 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "dwell_disturbed": (
         "a turn",
-        "no angle is left after it",
+        "it leaves no net angle",
     ),
     "dwell_stuck": (
         "coarse steps",
@@ -373,15 +373,15 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "turn_not_seen": (
         "a wrong time in the list",
-        "the nearest movement of the signal",
+        "the nearest motion in the signal",
     ),
     "checksum_failed": (
-        "sentences of another form",
-        "only lines that state a checksum are held to it",
+        "sentences of another type",
+        "only lines with a checksum are checked",
     ),
     "labeled_lines": (
         "messages of the logger between its samples",
-        "only lines with two or more of the log's labels are held to its form",
+        "only lines with two or more of the log's labels must match its form",
     ),
     "cell_suffix": (
         "words; a second delimiter",
@@ -389,6 +389,6 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "raw_counts": (
         "readings that were rounded to whole numbers",
-        "a step of 1 without a unit, in the range of a 16-bit word; gravity tells the range of an accelerometer",
+        "a step of 1 without a unit, in the range of a 16-bit word; gravity gives the range of an accelerometer",
     ),
 }
