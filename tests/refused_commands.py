@@ -94,15 +94,15 @@ OF_MEANS = (
     Refusal(
         line=f"north --means 'the means.csv' {LATITUDE} --model '{GOOD}' --averaging 60s --headings 'turns.csv' --null",
         files={"the means.csv": TABLE, "turns.csv": HEADINGS},
-        says=("says how the table stood",),
+        says=("states the positions",),
         adds={"--means": "", "--headings": "", "--rotation": "", "--null": ""},
         instead=("--headings", "--null"),
-        later={"--means": "say how the table stood"},
+        later={"--means": "state the positions of the table"},
     ),
     Refusal(
         line=f"north --means 'the means.csv' {LATITUDE} --model '{GOOD}'",
         files={"the means.csv": TABLE},
-        says=("by its averaging time: --averaging 60s",),
+        says=("depends on its averaging time: state --averaging 60s",),
     ),
     Refusal(
         line="calibrate --means 'the means.csv' --averaging 60s --spans spans.csv",
@@ -139,7 +139,7 @@ OF_NORTH = (
         says=("--null needs positions",),
         adds={"--null": "", "--headings": "turns.csv"},
         instead=("--rotation",),
-        later={"--null": "say how the table stood"},
+        later={"--null": "state the positions of the table"},
     ),
     Refusal(
         line=f"north 'a log.parquet' {LATITUDE} --model '{GOOD}' --null --headings 'turns.csv' --misalignment 1deg",
@@ -164,7 +164,7 @@ OF_NORTH = (
     Refusal(
         line=f"north 'a log.parquet' {LATITUDE} --model '{GOOD}'",
         files={"a log.parquet": in_positions, "turns.csv": HEADINGS},
-        says=("say how the table stood: --headings or --rotation",),
+        says=("state the positions of the table: --headings or --rotation",),
         adds={"--headings": "turns.csv", "--rotation": "10deg/s"},
     ),
     Refusal(
@@ -174,7 +174,7 @@ OF_NORTH = (
     ),
     Refusal(
         line=f"plan --model '{GOOD}' {LATITUDE} --goal 1deg",
-        says=("--goal is a share of the Earth rate",),
+        says=("--goal is a fraction of the Earth rate",),
         adds={"--goal": "3%"},
     ),
     Refusal(
@@ -326,7 +326,7 @@ OF_FILTERS = (
     ),
     Refusal(
         line="simulate 'N=0.3 deg/√h' --duration 1min -o out.csv",
-        says=("does not say how often to sample",),
+        says=("does not state a sample rate",),
         adds={"--rate": "10"},
     ),
     Refusal(

@@ -39,7 +39,7 @@ CURVES = (
     Refusal(
         line=f"fit 'a curve.csv' {KNOWN} --statistic oadev",
         files={"a curve.csv": PLAIN},
-        says=("describe a curve of another program",),
+        says=("describe a curve from another program",),
         adds={"--samples": "20000 --curve", "--statistic": "oadev --curve"},
     ),
     Refusal(
@@ -52,7 +52,7 @@ CURVES = (
     Refusal(
         line="fit 'a curve.csv' --rate 100 --unit deg/s",
         files={"a curve.csv": saved},
-        says=("is a curve of allanite and says that itself",),
+        says=("is a curve of allanite and contains this",),
         adds={"--rate": "", "--unit": ""},
         instead=("--rate", "--unit"),
     ),
@@ -67,12 +67,12 @@ CURVES = (
         line="fit 'a curve.csv' --curve --method slopes --samples 20000 --rate 100",
         files={"a curve.csv": table("averaging time [s],,", TAU, DEV, DEV)},
         says=("have no headings, and any of them may be the deviation",),
-        later={"--channels": "nothing says whether"},
+        later={"--channels": "it is undetermined whether"},
     ),
     Refusal(
         line="fit 'a curve.csv' --curve --method slopes --samples 20000 --rate 100 --unit deg/s",
         files={"a curve.csv": table("averaging time [s],x", TAU, DEV)},
-        says=("nothing says whether",),
+        says=("it is undetermined whether",),
     ),
     Refusal(
         line="fit 'a curve.csv' --curve --method slopes --samples 20000",
@@ -83,13 +83,13 @@ CURVES = (
     Refusal(
         line="fit 'a curve.csv' --curve --method slopes --samples 20000",
         files={"a curve.csv": table("m,oadev [deg/s]", LAGS, DEV)},
-        says=("the lags are in samples: give the sample rate",),
+        says=("the lags are in samples: pass the sample rate",),
         adds={"--rate": "100"},
     ),
     Refusal(
         line="fit 'a curve.csv' --curve --method slopes --rate 100",
         files={"a curve.csv": PLAIN},
-        says=("nothing says how long the record was",),
+        says=("the length of the record is unknown",),
         adds={"--samples": "20000"},
     ),
     Refusal(
@@ -135,7 +135,7 @@ CURVES = (
     Refusal(
         line="fit 'a log.csv' --terms NB",
         files={"a log.csv": LOG},
-        says=("takes no terms: give them with --method",),
+        says=("takes no terms: use --method",),
         adds={"--method": "likelihood"},
     ),
     Refusal(

@@ -72,13 +72,13 @@ FORMS = (
     Refusal(
         line="convert 'a log.bin' out.parquet --force",
         files={"a log.bin": b"\x07\x01\xfe\xff" * 64, "its layout.yaml": LAYOUT},
-        says=("is binary and of no known format",),
+        says=("is binary, in an unknown format",),
         adds={"--layout": "'its layout.yaml'"},
     ),
     Refusal(
         line="convert 'a log.csv' out.parquet --force --rate 100",
         files={"a log.csv": table("n,sensor,x,y,z", range(N), ["left one", "right"] * (N // 2), y=Y)},
-        says=("tells several sensors or records apart",),
+        says=("distinguishes several sensors or records",),
     ),
     Refusal(
         line="convert 'a log.txt' out.parquet --force --rate 100",
@@ -87,7 +87,7 @@ FORMS = (
                 f"a={k % 5},{1 + k * 37 % 1999};b={k % 3},{1 + k * 91 % 899}\n" for k in range(N)
             )
         },
-        says=("is one number with a decimal comma, or two",),
+        says=("is either one number with a decimal comma, or two",),
     ),
     Refusal(
         line="convert 'a log.txt' out.parquet --force --rate 100",
@@ -96,17 +96,17 @@ FORMS = (
                 f"gx={k % 5}.5 gy=0.{k}\n" if k % 2 else f"P$1={k}.25 T=20.{k}\n" for k in range(N)
             )
         },
-        says=("labels that are never in one line",),
+        says=("labels that never share a line",),
     ),
     Refusal(
         line="convert 'a log.txt' out.parquet --force --channels A_x,B_x",
         files={"a log.txt": of_kinds("A", "B")},
-        says=("are of different kinds of lines", "--channels {}"),
+        says=("are in different types of lines", "--channels {}"),
     ),
     Refusal(
         line="convert 'a log.txt' out.parquet --force",
         files={"a log.txt": of_kinds("A", "B")},
-        says=("lines of several kinds", "--variable {}"),
+        says=("lines of several types", "--variable {}"),
     ),
 )
 TIMES = (
@@ -125,12 +125,12 @@ TIMES = (
     Refusal(
         line="convert 'a log.csv' out.parquet --force",
         files={"a log.csv": table("Date and time,x,y,z", dates(), y=Y)},
-        says=("do not tell the day from the month",),
+        says=("do not distinguish day and month",),
     ),
     Refusal(
         line="convert 'a log.csv' out.parquet --force",
         files={"a log.csv": table("my time,x,y,z", np.arange(N) * 4, y=Y)},
-        says=("and its values fit several. Say which", "--time {}:{} ("),
+        says=("and its values fit several. State which", "--time {}:{} ("),
     ),
     Refusal(
         line="convert 'a log.csv' out.parquet --force",
@@ -143,16 +143,16 @@ TIMES = (
         files={
             "a log.csv": table("", np.cumsum(np.random.default_rng(1).choice([0.5, 0.7, 1.9], N)), y=Y),
         },
-        says=("has no name and only grows, unevenly",),
+        says=("has no name and increases unevenly",),
         adds={"RATE": "100"},
     ),
     Refusal(
         line="convert 'a log.csv' out.parquet --force",
         files={"a log.csv": table("dt [s],x,y,z", steps_with_a_hole(), y=Y)},
-        says=("is the interval since the row before",),
+        says=("is the interval since the previous row",),
         adds={"RATE": "100", "COLUMN[:UNIT]": "2:s"},
         later={
-            "--time": "not in order of time"
+            "--time": "not in chronological order"
         },  # a second column of time would have been taken without a word
     ),
     Refusal(
@@ -195,7 +195,7 @@ UNITS = (
     Refusal(
         line="allan 'a log.csv' --kind phase",
         files={"a log.csv": table("t [s],x", T, y=Y[:, :1] * 1e-9)},
-        says=("is not in the file: give --unit",),
+        says=("is not in the file: pass --unit",),
         adds={"--unit": "ns", "--carrier": "10e6 --unit cycles"},
     ),
     Refusal(

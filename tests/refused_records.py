@@ -61,7 +61,7 @@ RUNS = (
     Refusal(
         line="convert 'a run' out.parquet --force",
         files={"a run": of_two_settings},
-        says=("such samples are never merged",),
+        says=("Such samples are never merged",),
     ),
     Refusal(
         line="compact 'a run'",
@@ -163,7 +163,7 @@ SEVERAL = (
             "a log.csv": SHORT,
             "b log.csv": table("t [s],gyro [m/s^2]", T[:150], y=numbers(150, 1, seed=5)),
         },
-        says=("do not measure the same; give",),
+        says=("measure different quantities; state",),
         adds={"--unit": "deg/s"},
     ),
     Refusal(
@@ -172,7 +172,7 @@ SEVERAL = (
             "a log.csv": table("t [s],u", T, y=numbers(600, 1)),
             "a floor.csv": table("t [s],u [mV]", T, y=numbers(600, 1, seed=4)),
         },
-        says=("the floor says that",),
+        says=("the floor states",),
     ),
     Refusal(
         line="calibrate acc.csv --gyro-log gyro.csv",
@@ -187,7 +187,7 @@ SEVERAL = (
             "a calibration.json": json.dumps(sample_calibration.estimate().calibration.to_json()),
             "models.json": models("gyro"),
         },
-        says=("a calibration alone has none",),
+        says=("a calibration has none",),
         adds={"--rate": "", "--model": "models.json"},
     ),
 )
@@ -213,7 +213,7 @@ TIMES = (
                 y=numbers(180, 1),
             )
         },
-        says=("is no date. Correct the row",),
+        says=("is not a date. Correct the row",),
         adds={"RATE": "100", "--time": "7:s", "--time none": "none"},
     ),
     Refusal(
@@ -286,7 +286,7 @@ OTHERS = (
     Refusal(
         line="environment 'a log.csv' --warm-up cut",
         files={"a log.csv": table("t [s],gyro [deg/s]", T, y=WARMING)},
-        says=("too little is left to characterize",),
+        says=("the rest is too short to characterize",),
     ),
     Refusal(
         line="overbound x.json",

@@ -28,12 +28,12 @@ ELSEWHERE: dict[str, tuple[str, str]] = {
         "experiments/test_positions_kept_apart.py",
         "--spans is for one log",
     ),
-    "the unit is nowhere at rest in it": (
+    "the unit is never at rest": (
         "experiments/test_positions_kept_apart.py",
-        "is nowhere at rest in it",
+        "is never at rest",
     ),
     "is the horizon of a bound": ("fitting/test_overbound.py", "bound_until=100.0"),
-    "lets other machines in": ("commands/test_page_guard.py", '"--token" in done.err'),
+    "admits other machines": ("commands/test_page_guard.py", '"--token" in done.err'),
     "the three axes were turned by about half a turn": (
         "commands/test_cli_rate_vector.py",
         '*PLACE, "--vector")',
@@ -52,17 +52,17 @@ ELSEWHERE: dict[str, tuple[str, str]] = {
         'options_copied(refused.err, "--gyro", "--accelerometer")',
     ),
     "leads out of itself": ("files/test_readers_hdf5.py", 'variable="good"'),
-    "samples of one moment": ("files/test_readers_ros.py", 'topic="/all.samples[1]"'),
-    "--heading depends on the latitude": ("experiments/test_position_planning.py", "depends on the latitude"),
+    "samples with the same time": ("files/test_readers_ros.py", 'topic="/all.samples[1]"'),
+    "--heading needs --latitude": ("experiments/test_position_planning.py", "depends on the latitude"),
     "--variable {} (every {} s)": ("files/test_readers_labview.py", "--variable '[^']+'"),
 }
 #: Advice of which nothing can be carried out by one command and its files, and why.
 NOT_ALONE = {
     "more than a MATLAB file of version 5 takes": "samples of gigabytes",
-    "say how the table stood: positions in one log": "of the library: the command asks before",
+    "state the positions of the table: in one log": "of the library: the command asks before",
     "needs the noise model of the sensor": "of the library: the command asks before",
     "raw binary files need layout=": "of the library: without a layout this reader is never taken",
-    "takes a calibration, as": "of the library: the command reads a calibration",
+    "takes a calibration, the output": "of the library: the command reads a calibration",
     "only a run that": "of the page",
     "--port": "of the page: it would go on serving",
     "here all rows need the same time": "the logs of the positions are other files",

@@ -273,7 +273,7 @@ def test_a_rejected_line_is_one_reading_missing(host):
     assert got.values.tolist() == pytest.approx([60e-3, 62e-3])
     assert got.counter.tolist() == [60, 62]
     assert got.flags.tolist() == [0, Flag.RESYNC]
-    assert got.remarks == ("rejected b'+1.23', which is no reading of the 10 V range",)
+    assert got.remarks == ("rejected b'+1.23', which is not a reading of the 10 V range",)
     assert host.feed(63, 66).counter.tolist() == [63, 64, 65]
 
 
@@ -317,7 +317,7 @@ def test_equal_readings_are_no_repetition(host):
 def test_too_many_readings_of_which_none_is_a_repetition_are_doubtful(host):
     got = host.feed(60, 63, at=62)
     assert len(got.values) == 3 and got.flags[0] == Flag.DOUBTFUL | Flag.RESYNC
-    assert "not clear which" in got.remarks[0]
+    assert "undetermined which" in got.remarks[0]
 
 
 def test_readings_lost_without_a_trace_are_seen_by_the_clock(host):

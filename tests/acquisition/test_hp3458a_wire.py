@@ -309,8 +309,8 @@ def test_faults_of_readings_are_rejected_counted_and_marked():
     assert flags[17] == Flag.RESYNC, "the reading after garbage"
     assert np.count_nonzero(flags) == 3
     assert remarks == (
-        "rejected b'+1.20', which is no reading of the 10 V range",
-        "rejected b'\\xff\\x00#', which is no reading of the 10 V range",
+        "rejected b'+1.20', which is not a reading of the 10 V range",
+        "rejected b'\\xff\\x00#', which is not a reading of the 10 V range",
         "1 reading(s) came twice; kept once",
     )
 
@@ -350,8 +350,8 @@ def test_faults_of_readings_come_through_a_socket():
         17: Flag.RESYNC,
     }
     assert remarks == (
-        "rejected b'+1.20', which is no reading of the 10 V range",
-        "rejected b'\\xff\\x00#', which is no reading of the 10 V range",
+        "rejected b'+1.20', which is not a reading of the 10 V range",
+        "rejected b'\\xff\\x00#', which is not a reading of the 10 V range",
     )
 
 
@@ -491,7 +491,7 @@ def test_stop_and_close_of_a_dead_link_raise_nothing():
     [
         (
             MeterFault(at="ID?", kind="answer", data=b"HP3478A\r\n"),
-            "this is no 3458A: ID[?] answers 'HP3478A'",
+            "this is not a 3458A: ID[?] answers 'HP3478A'",
         ),
         (MeterFault(at="ID?", kind="answer"), "ID[?] got b'' and no end of line"),
         (MeterFault(at="ID?", kind="answer", data=b"HP34"), "ID[?] got b'HP34'"),
@@ -522,7 +522,7 @@ def test_a_reading_beyond_the_scale_is_missing_and_said(bad):
         values, counter, flags, remarks = joined(read_until(started(wire, MeterSettings(rate=50)), 40))
     expected = [k for k in range(counter[-1] + 1) if k != 20]
     assert counter.tolist() == microvolts(values) == expected
-    assert remarks == (f"rejected b'{bad:+.8E}', which is no reading of the 10 V range",)
+    assert remarks == (f"rejected b'{bad:+.8E}', which is not a reading of the 10 V range",)
     assert np.flatnonzero(flags).tolist() == [20] and flags[20] == Flag.RESYNC
 
 

@@ -190,7 +190,7 @@ def test_q3_a_disk_that_is_full_ends_the_run_at_once_and_nothing_acknowledged_is
     done = recorded_on(full, 60, run, tmp_path, monkeypatch)
     assert time.process_time() - failed[0] < 1.0  # and not at the end of the minute
     assert done.code == 1 and "No space left on device: make room" in done.err and not done.out
-    safe = int(done.err.partition("all up to sample ")[2].split()[0])
+    safe = int(done.err.partition("everything up to sample ")[2].split()[0])
     counter, values, _ = stored(only_run(tmp_path / "runs"))
     assert counter[-1] >= safe > 0 and np.array_equal(counter, np.arange(len(counter)))
     np.testing.assert_allclose(values, sent_by(values, len(values)), atol=6e-5)
@@ -247,7 +247,7 @@ def test_q5_a_file_system_that_fills_up(run: Run, tmp_path: Path, monkeypatch: p
         assert done.code == 1
         assert "note: the run needs 15.5 MB, and 0.41 MB are free: it will end early" in done.err
         assert "No space left on device: make room, or record to another disk" in done.err
-        safe = int(done.err.partition("all up to sample ")[2].split()[0])
+        safe = int(done.err.partition("everything up to sample ")[2].split()[0])
         found = only_run(place)
         counter, _, _ = stored(found)
         assert counter[-1] >= safe > 1000 and np.array_equal(counter, np.arange(len(counter)))

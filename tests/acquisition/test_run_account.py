@@ -186,7 +186,7 @@ def test_a_disk_that_fails_at_any_call(
         runs = tmp_path / str(at)
         done = recorded(run, runs)
         endings.add(done.code)
-        if done.code == 1 and "no run can be begun" in done.err:
+        if done.code == 1 and "cannot start a run" in done.err:
             continue
         assert_all_agree(run, only(runs), done)
     assert (1 if for_good else 3) in endings
@@ -279,7 +279,7 @@ def test_nothing_stored_is_said_of_nothing_only(
     plug_in(Scripted([lambda: (setattr(Refusing, "fails_at", Refusing.calls + 1), block(0, 80))[1]]))
     done = recorded(run, tmp_path)
     assert done.code == 1 and "nothing was stored" not in done.err
-    assert "no sample is known to be on the disk" in done.err and "80 samples kept in" in done.err
+    assert "no sample is confirmed on disk" in done.err and "80 samples kept in" in done.err
     assert_all_agree(run, only(tmp_path), done)
 
 

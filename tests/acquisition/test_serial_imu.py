@@ -146,7 +146,7 @@ def test_every_fault_is_told_at_once_with_its_line(tmp_path: Path) -> None:
         "line 4, frame.header: bytes in hexadecimal",
         "line 7, frame.fields[0].type:",
         "line 8, frame.fields[1].type: is missing",
-        "line 8, frame.fields[1].typ: is no entry that is known",
+        "line 8, frame.fields[1].typ: is not a known entry",
         "line 9, frame.checksum.kind:",
         "line 10, color: is no entry",
     ):
@@ -191,7 +191,7 @@ def test_every_contradiction_is_told_at_once_with_its_line(tmp_path: Path) -> No
         ({"frame": {**FRAME, "checksum": {"kind": "xor", "from": 17}}}, "covers no byte"),
         ({"frame": {**FRAME, "checksum": {"kind": "xor", "from": 2, "modulus": 256}}}, "fletcher16 only"),
         ({"lines": LINES, "start": [{}]}, "start[0]: give either 'text' or 'hex'"),
-        ({"lines": LINES, "identity": {"ask": {"text": "?"}, "answer": "("}}, "no regular expression"),
+        ({"lines": LINES, "identity": {"ask": {"text": "?"}, "answer": "("}}, "not a regular expression"),
         ({"lines": LINES, "identity": {"ask": {"text": "?"}, "answer": "x"}}, "names no group"),
         (
             {"frame": {**FRAME, "fields": [{"name": "a", "type": "f32", "scale": 0, "unit": "V"}]}},
@@ -210,7 +210,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         read_description(tmp_path / "none.yaml")
     for text, said in (
         ("a: [1", "is not YAML"),
-        ("- 1", "no description"),
+        ("- 1", "not a description"),
         ("a: 1\na: 2", "is not YAML"),
         ("a: &a [1, *a]\n", "imu|bad"),
         ("x" * 300_000, "300000 bytes"),

@@ -165,7 +165,7 @@ def test_silence_and_garbage_are_two_kinds_of_timeout() -> None:
         device.read(0.05)
     device = SerialImu("p", imu(), connect=Wire(b"\xa5\x5a" * 100))
     device.open()
-    with pytest.raises(InstrumentTimeout, match=r"200 bytes came .* wrong checksum.* baud rate fit"):
+    with pytest.raises(InstrumentTimeout, match=r"200 bytes came .* wrong checksum.* and the baud rate"):
         device.read(0.05)
 
 
@@ -195,7 +195,7 @@ def test_what_went_wrong_is_said_once() -> None:
     device.open()
     first = device.read(0.1)
     assert first.remarks == (
-        "skipped 3 bytes that belong to no whole frame",
+        "skipped 3 bytes outside complete frames",
         "dropped 1 frame that came twice",
     )
     second = device.read(0.1)
@@ -395,7 +395,7 @@ def test_a_second_program_is_refused() -> None:
 
 
 def test_no_port() -> None:
-    with pytest.raises(InstrumentError, match=r"/dev/ttyNONE cannot be opened: .*Is the device there"):
+    with pytest.raises(InstrumentError, match=r"/dev/ttyNONE cannot be opened: .*Is the device connected"):
         SerialImu("/dev/ttyNONE", imu()).open()
     with pytest.raises(InputError, match="speed"):
         SimulatedImu(imu(), speed=0.0)

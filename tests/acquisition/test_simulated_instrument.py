@@ -159,7 +159,7 @@ def test_from_the_file_of_a_study_or_a_model(tmp_path: Path) -> None:
     assert [c.name for c in sensor.channels] == [c["name"] for c in document["channels"]]
     words = SimulatedInstrument.from_file("N=0.3 deg/√h, B=5 deg/h", rate=5.0, unit="deg/h")
     assert words.channels[0].unit == "deg/h" and words.settings["seed"] == 0
-    with pytest.raises(InputError, match="does not say a rate"):
+    with pytest.raises(InputError, match="does not state a rate"):
         SimulatedInstrument.from_file("N=0.3 deg/√h")
 
 
@@ -176,5 +176,5 @@ def test_settings_make_the_same_samples_again() -> None:
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, True, "fast"])
 def test_a_speed_that_makes_no_sense_is_refused(speed: object) -> None:
-    with pytest.raises(InputError, match="speed must be a positive number"):
+    with pytest.raises(InputError, match="speed must be a positive multiple"):
         SimulatedInstrument(MODELS, rate=1.0, speed=speed)  # type: ignore[arg-type]

@@ -183,7 +183,7 @@ def test_listed_times_count_from_the_start_of_the_log(unit: Path, measured: dict
     ).plain
     assert len(found["positions"]) == 13
     assert found["positions"][0]["start"] == pytest.approx(starts[3] - cut, abs=0.5)
-    with pytest.raises(InputError, match="none of the spans"):
+    with pytest.raises(InputError, match="none of the listed spans"):
         calibration_of(unit / "unit.parquet", spans=unit / "rests.csv", start=20.2, stop=20.4)
 
 

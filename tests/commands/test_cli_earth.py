@@ -263,7 +263,7 @@ def test_a_fault_between_the_turns_is_refused_unless_accepted(run: Run, bench: P
     assert run("earth-rate", log, *LATITUDE, "--model", MODEL, "--accept", "clipping").code == 0
     wrong = run("earth-rate", log, *LATITUDE, "--model", MODEL, "--dwell", "40")
     assert wrong.code == 1
-    assert "contradict each other: " in wrong.err.splitlines()[0] and "--accept clipping" in wrong.err
+    assert "disagree: " in wrong.err.splitlines()[0] and "--accept clipping" in wrong.err
 
 
 def test_a_warm_up_is_found_and_fitted_when_asked(run: Run, tmp_path: Path) -> None:
@@ -375,7 +375,7 @@ def test_north_from_one_file_for_each_position(run: Run, table: Path, tmp_path: 
         (["--positions", logs[0], logs[0], *known], "is there twice"),
         (
             ["--positions", *logs, *known, "--rotation", "1deg/s"],
-            "leave --headings, --rotation and --null out",
+            "leave out --headings, --rotation and --null",
         ),
     ):
         refused = run("north", *words)
@@ -400,7 +400,7 @@ def test_a_model_of_another_name_is_taken_where_it_is_named(run: Run, table: Pat
     assert json.loads(taken.out)["azimuth"] == json.loads(alone.out)["azimuth"]
     for words, message in (
         (f"{name}=wz", "takes one of these"),
-        ("other=wx", "of the log these are used"),
+        ("other=wx", "the channels used are"),
         (f"{name}", "write the name in the log"),
         (f"{name}=wx,{name}=wy", name),
     ):

@@ -70,7 +70,7 @@ def test_a_defect_is_a_sentence_and_a_file_to_send(
     assert code == 70
     found = re.fullmatch(
         rf"allanite: internal error: {type(error).__name__} in .*This is a defect in allanite; please report it "
-        r"with (\S+), which holds the command and the traceback\n",
+        r"with (\S+), which contains the command and the traceback\n",
         said,
     )
     assert found is not None

@@ -99,7 +99,7 @@ def test_gaps_have_their_reason_and_overloads_are_counted(tmp_path: Path, run: R
             if first == 300:
                 flags[3:7] = Flag.OVERLOAD, Flag.MISSING, Flag.DOUBTFUL, Flag.DOUBTFUL | Flag.RESYNC
                 store.note("remark", text="2 frames came twice")
-                store.note("remark", text="and 7 more remarks that are not written down", more=7)
+                store.note("remark", text="and 7 more remarks were not recorded", more=7)
             store.append(replace(batch, flags=flags))
             store_end = first + 32
     document = json.loads(run("monitor", "--json", tmp_path / "run").out)

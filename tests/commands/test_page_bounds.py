@@ -498,14 +498,14 @@ def example_of_the_docs() -> str:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("- 1\n", "begins with 'instruments:'"),
+        ("- 1\n", "must begin with 'instruments:'"),
         ("instruments: 3\n", "instruments"),
         ("instruments:\n  - {kind: laser, title: a}\n", "line 2, instruments[0].kind"),
         ("instruments:\n  - {kind: serial, title: a}\n", "gives no port"),
         ("instruments:\n  - {kind: 3458a, title: a, port: /dev/x}\n", "gives no resource"),
         ("instruments:\n  - {kind: 3458a, title: a, resource: 'prologix:x'}\n", "write prologix://"),
         ("instruments:\n  - {kind: serial, title: a, port: /dev/x, format: none.yaml}\n", "no such file"),
-        ("instruments:\n  - {kind: serial, title: a, port: /dev/x, baud: 1}\n", "no entry that is known"),
+        ("instruments:\n  - {kind: serial, title: a, port: /dev/x, baud: 1}\n", "not a known entry"),
         ('instruments:\n  - {kind: serial, title: "a\\nb", port: /dev/x}\n', "title"),
         (
             "instruments:\n  - {kind: serial, title: a, port: /dev/x}\n  - {kind: serial, title: a, port: /dev/y}\n",

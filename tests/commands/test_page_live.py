@@ -112,9 +112,9 @@ def test_captures_refuse_what_they_cannot_do(tmp_path: Path) -> None:
         ({"instrument": "simulated", "options": {"model": {"words": "N=1 deg/√h"}, "out": "/tmp"}}, 400, "no option"),
         ({"instrument": "3458a", "options": {"rate": 1}}, 400, "give resource"),
         ({"instrument": "serial", "options": {"port": known.id}}, 400, "give format"),
-        ({"instrument": "serial", "options": {"port": known.id, "format": "../frames.yaml"}}, 404, "no description"),
-        ({"instrument": "serial", "options": {"port": known.id, "format": 3}}, 404, "no description"),
-        ({"instrument": "serial", "options": {"port": own.id, "format": "a" * 24}}, 400, "description of its own"),
+        ({"instrument": "serial", "options": {"port": known.id, "format": "../frames.yaml"}}, 404, "not a description"),
+        ({"instrument": "serial", "options": {"port": known.id, "format": 3}}, 404, "not a description"),
+        ({"instrument": "serial", "options": {"port": own.id, "format": "a" * 24}}, 400, "its own description"),
         ({"instrument": "serial", "options": {"port": "/dev/null", "format": "a" * 24}}, 404, "id of an attached"),
         ({"instrument": "3458a", "options": {"rate": 1, "resource": known.id}}, 404, "id of an attached"),
     ):  # fmt: skip

@@ -104,7 +104,7 @@ def test_systemd_takes_it(tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPa
 
 
 def test_names_and_words_that_cannot_be() -> None:
-    with pytest.raises(InputError, match="no name of a unit"):
+    with pytest.raises(InputError, match="not a unit name"):
         unit_text([], name="gyro", out="x", folder="/", user="ada", program=["a"])
     with pytest.raises(InputError, match="line break"):
         unit(["record", "a\nb"])

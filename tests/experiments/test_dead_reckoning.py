@@ -460,7 +460,7 @@ def test_command_writes_report_document_and_table(run: Run, tmp_path: Path) -> N
     ("words", "message"),
     [
         ("heading=1deg/h", "angle rate"),
-        ("colour=1deg", "no initial error"),
+        ("colour=1deg", "not an initial error"),
         ("tilt=1", "number with its unit"),
         ("tilt=-1deg", "not negative"),
     ],

@@ -343,7 +343,7 @@ def test_the_command(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "code", "said"),
     [
-        (["positions", *WORDS, "--goal", "gyro.scale=fast"], 2, "is no share"),
+        (["positions", *WORDS, "--goal", "gyro.scale=fast"], 2, "is not a fraction"),
         (["positions", *WORDS, "--goal", "accelerometer.bias=1deg"], 2, "is no acceleration"),
         (["positions", *WORDS, "--goal", "scale=1%"], 2, "write gyro.scale"),
         (["positions", *WORDS, "--heading"], 2, "--latitude"),

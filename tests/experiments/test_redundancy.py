@@ -592,7 +592,7 @@ def test_picture_report_and_command(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("name,x,y,z\ng0,1,0,0\n", "begins with channel,x,y,z"),
+        ("name,x,y,z\ng0,1,0,0\n", "must begin with channel,x,y,z"),
         ("channel,x,y,z\ng0,1,0\n", "line 2"),
         ("channel,x,y,z\ng0,1,0,0\ng0,0,1,0\n", "twice"),
     ],

@@ -327,7 +327,7 @@ def test_the_command_takes_a_calibration(run: Run, tmp_path: Path) -> None:
     ]  # fmt: skip
     assert run("export", "imu-tk", str(tmp_path / "study.json")).code == 1
     assert run("export", "kalibr", cal).code == 1
-    assert "a calibration alone has none" in run("export", "openvins", cal, "--rate", "100").err
+    assert "a calibration has none" in run("export", "openvins", cal, "--rate", "100").err
 
 
 # -- golden files ------------------------------------------------------------------------------------------------

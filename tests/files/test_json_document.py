@@ -71,12 +71,12 @@ def test_several_values_under_one_name_and_a_rate_beside_them(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("text", "error", "match"),
     [
-        ('{"name": "a setting", "list": [1, 2]}', FormatError, "no log of samples"),
-        ('[{"t": 0.0, "g": 1.5}, {"t": 0.1, "g": 1.', FormatError, "JSON, and damaged"),
-        ("[" * 100_000, FormatError, "JSON, and damaged"),
+        ('{"name": "a setting", "list": [1, 2]}', FormatError, "not a log of samples"),
+        ('[{"t": 0.0, "g": 1.5}, {"t": 0.1, "g": 1.', FormatError, "damaged JSON"),
+        ("[" * 100_000, FormatError, "damaged JSON"),
         ("[" + "{}," * 1_000_001 + "{}]", LimitError, "objects and lists"),
         ('{"a": [' + "1," * 9_000_000 + "1]}", LimitError, "one JSON document of 17 MiB"),
-        ("[[1, 2], [3, 4]]", FormatError, "no log of samples"),
+        ("[[1, 2], [3, 4]]", FormatError, "not a log of samples"),
     ],
     ids=["settings", "cut", "deep", "many", "large", "numbers alone"],
 )

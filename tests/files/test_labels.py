@@ -153,7 +153,7 @@ def test_commas_that_may_be_decimal_signs_are_asked_about(tmp_path: Path) -> Non
 def test_records_of_several_kinds_are_chosen(tmp_path: Path) -> None:
     lines = [f"gx={k % 5}.5 gy=0.{k}" if k % 2 else f"P={k}.25 T=20.{k}" for k in range(N)]
     path = written(tmp_path / "log.txt", lines)
-    with pytest.raises(InputError, match=r"never in one line: P, T; gx, gy.*--variable P"):
+    with pytest.raises(InputError, match=r"never share a line: P, T; gx, gy.*--variable P"):
         read(path, rate=1.0)
     assert read(path, rate=1.0, variable="gy").names == ("gx", "gy")
     assert notes(path, rate=1.0, variable="gy")["labels_stray"] == 0
@@ -210,6 +210,6 @@ def test_labels_that_run_into_numbers_are_refused_with_the_way_to_write_them(
     log.write_text(
         "".join(form.format(*rng.standard_normal(3), k) + "\n" for k in range(50)), encoding="utf-8"
     )
-    with pytest.raises(FormatError, match=r"run into each other .*Write a blank") as refused:
+    with pytest.raises(FormatError, match=r"are not separated .*Write a blank") as refused:
         read(log)
     assert re.search(r"as in '(\w+=[-+.\de]+ ?){2,}'", str(refused.value))

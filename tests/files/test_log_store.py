@@ -26,7 +26,7 @@ def test_header_goes_through_json() -> None:
 
 
 def test_header_refuses_names_that_are_taken_and_what_is_no_plain_data() -> None:
-    with pytest.raises(InputError, match="names that differ, and from counter"):
+    with pytest.raises(InputError, match="must differ from each other and from counter"):
         replace(HEADER, channels=(al.Channel.of("counter", "V"),))
     with pytest.raises(InputError, match="plain data"):
         replace(HEADER, settings={"range": object()})
@@ -46,7 +46,7 @@ def test_batch_refuses_what_does_not_fit() -> None:
         replace(good, flags=np.zeros(3))
     with pytest.raises(InputError, match="must rise"):
         replace(good, counter=np.array([0, 1, 1, 2]))
-    with pytest.raises(InputError, match="never empty"):
+    with pytest.raises(InputError, match="must not be empty"):
         Batch(counter=[], monotonic_ns=[], values=np.zeros((0, 2)), flags=[], utc_ns=0)
 
 

@@ -179,7 +179,7 @@ def test_q2_a_damaged_opening_of_a_run_that_broke_off_is_no_segment_being_begun(
     flipped(folder, 6, 0x10)  # its length
     found = recover(folder, None)
     assert (found.kept, found.lost, found.exit_code) == (320, 0, 0)  # with what the manifest says
-    with pytest.raises(DataQualityError, match=f"{FIRST}: it does not begin with a whole Arrow schema"):
+    with pytest.raises(DataQualityError, match=f"{FIRST}: it does not begin with a complete Arrow schema"):
         open_run(folder).survey()
 
 
@@ -335,19 +335,19 @@ def test_q3_a_failed_sync_is_never_tried_again_on_its_file(tmp_path: Path) -> No
     assert numbers_of(tmp_path / "run") == list(range(320))  # what both segments hold is read once
     first, second = (e for e in open_run(tmp_path / "run").manifest if e["kind"] == "closed")
     assert (first["last"], first["rows"], second["first"]) == (95, 96, 96)
-    assert "the disk fails: save what is on it" in first["error"]
+    assert "the disk is failing: save its data" in first["error"]
     assert al.read(tmp_path / "run").n_samples == 320
 
 
 @pytest.mark.parametrize(
     ("code", "advice"),
-    [(errno.ENOSPC, "make room"), (errno.EIO, "the disk fails"), (errno.EROFS, "read-only")],
+    [(errno.ENOSPC, "make room"), (errno.EIO, "the disk is failing"), (errno.EROFS, "read-only")],
 )
 def test_q3_a_disk_that_goes_on_failing_ends_the_run(tmp_path: Path, code: int, advice: str) -> None:
     disk = Failing()
     store = LogStore.create(tmp_path / "run", HEADER, disk=disk)
     disk.syncs = dict.fromkeys(range(disk.synced + 4, 1000), code)
-    with pytest.raises(StorageError, match=f"{advice}.*all up to sample 95 is stored"):
+    with pytest.raises(StorageError, match=f"{advice}.*everything up to sample 95 is stored"):
         fill(store)
     assert store.acknowledged == 95
     with pytest.raises(StorageError, match="is closed"):
@@ -371,7 +371,7 @@ def test_q4_dev_full_is_an_error_every_time(tmp_path: Path, n: int) -> None:
 def test_a_run_that_cannot_begin_leaves_no_lock(tmp_path: Path) -> None:
     disk = Failing()
     disk.writes = {2: full}
-    with pytest.raises(StorageError, match=r"no run can be begun.*make room"):
+    with pytest.raises(StorageError, match=r"cannot start a run.*make room"):
         LogStore.create(tmp_path / "run", HEADER, disk=disk)
     with pytest.raises(StorageError, match="holds a run already"):
         LogStore.create(tmp_path / "run", HEADER)
@@ -434,7 +434,7 @@ def test_q5_a_disk_that_is_full_takes_the_last_samples_and_the_end_where_room_wa
     assert (tmp_path / "run" / writing.RESERVE).stat().st_blocks * 512 > 32_000
     fill(store, 3)
     disk.full = True
-    with pytest.raises(StorageError, match=r"No space left.*all up to sample 127 is stored$"):
+    with pytest.raises(StorageError, match=r"No space left.*everything up to sample 127 is stored$"):
         store.append(batch_of(96))
     run = open_run(tmp_path / "run")
     assert (run.status, run.reason.partition(":")[0]) == ("fail", "No space left on device")
@@ -508,7 +508,7 @@ def test_recover_of_nothing(tmp_path: Path) -> None:
     with pytest.raises(DataQualityError, match=r"no samples.*000001.arrows"):
         al.read(folder)
     (folder / "manifest.jsonl").unlink()
-    with pytest.raises(FormatError, match="no manifest and no segment"):
+    with pytest.raises(FormatError, match="neither the manifest nor any segment"):
         recover(folder, None)
 
 
@@ -522,7 +522,7 @@ def test_command_recover(tmp_path: Path, run: Run) -> None:
     data[place] ^= 4
     (folder / FIRST).write_bytes(data)
     looked = run("recover", folder, "--dry-run")
-    assert looked.code == 3 and "the checksum of a batch does not agree" in looked.out
+    assert looked.code == 3 and "the checksum of a batch does not match" in looked.out
     assert not (tmp_path / "run-recovered").exists()
     done = run("recover", folder, "-o", tmp_path / "out", "--json")
     document = json.loads(done.out)

@@ -358,7 +358,7 @@ def test_time_alone_is_no_recording(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nothing else"):
         read(tmp_path / "a.csv")
     (tmp_path / "a.csv").write_text("t,wx\n" + "".join(f"{k / 10},0x{k:02x}\n" for k in range(20)))
-    with pytest.raises(InputError, match=r"nothing else that is a number \(columns of words left out: wx\)"):
+    with pytest.raises(InputError, match=r"no other numbers \(text columns left out: wx\)"):
         read(tmp_path / "a.csv")
 
 

@@ -61,7 +61,7 @@ def test_names_of_channels_tell_their_kind(
     else:
         ways = ["--unit " + re.findall(r"--unit ([^\s;]+)", shown.out)[0]]
     if not header:
-        with pytest.raises(InputError, match="one kind is read at a time") as refused:
+        with pytest.raises(InputError, match="one type is read at a time") as refused:
             read(log, channels=[f"{kind}_x" for kind in kinds])
         ways += re.findall(r"--channels [^\s;]+", str(refused.value))
     for way in ways:

@@ -62,13 +62,13 @@ def test_what_does_not_number_the_rows_is_a_channel_and_it_is_said(
     found = read(log(tmp_path, numbers), rate=10)
     assert found.names == ("counter", "wx"), name
     assert found.n_samples == len(numbers)
-    assert "named like a sample number and does not number the rows" in said(found)
+    assert "the name of a sample number but does not number the rows" in said(found)
 
 
 def test_a_jump_beyond_the_record_is_not_filled_and_it_is_said(tmp_path: Path) -> None:
     found = read(log(tmp_path, [*range(500), *range(100_500, 101_000)]), rate=10)
     assert (found.n_samples, found.names) == (1000, ("wx",))
-    assert "jump beyond the length of the record: gaps cannot be told" in said(found)
+    assert "jump beyond the length of the record: they do not show the gaps" in said(found)
 
 
 def test_numbers_tell_what_stamps_of_receipt_hide(tmp_path: Path) -> None:
@@ -81,10 +81,10 @@ def test_numbers_tell_what_stamps_of_receipt_hide(tmp_path: Path) -> None:
 
 def test_time_in_samples_is_no_time(tmp_path: Path) -> None:
     place = log(tmp_path, range(200), "time [samples]")
-    with pytest.raises(InputError, match=r"row numbers is not taken for time.*--rate RATE"):
+    with pytest.raises(InputError, match=r"row numbers is not used as time.*--rate RATE"):
         read(place)
     assert read(place, rate=50).names == ("wx",)
-    with pytest.raises(InputError, match=r"the unit .fortnights., which is not known.*--time 1:s \(1 Hz\)"):
+    with pytest.raises(InputError, match=r"the unit .fortnights., which is unknown.*--time 1:s \(1 Hz\)"):
         read(log(tmp_path, range(200), "time [fortnights]"))
 
 
@@ -129,7 +129,7 @@ def test_the_same_time_once_more_is_no_channel(factor: float, form: str, tmp_pat
     np.savetxt(path, rows, f"%.5f,%.4f,{form}", header="t [s],wx [deg/s],host", comments="")
     recording = read(path)
     assert recording.names == ("wx",)
-    assert "left out: host (the same time once more)" in recording.notes["text"]["guesses"]
+    assert "left out: host (the same time again)" in recording.notes["text"]["guesses"]
 
 
 def test_one_unit_for_a_file_is_not_that_of_a_sensor_of_another_kind(tmp_path: Path) -> None:
@@ -153,7 +153,9 @@ def test_one_unit_for_a_file_is_not_that_of_a_sensor_of_another_kind(tmp_path: P
             recording = read(tmp_path / place)
             assert {c.kind.value: c.name[: len(kinds[c.kind.value])] for c in recording.channels} == kinds
             part = recording.notes["source" if place == "a.mat" else "text"]
-            assert any(f"the unit {unit} of the file is not that of" in words for words in part["guesses"])
+            assert any(
+                f"the unit {unit} of the file contradicts the names of" in words for words in part["guesses"]
+            )
 
 
 @pytest.mark.parametrize(

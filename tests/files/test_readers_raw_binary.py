@@ -137,8 +137,10 @@ def test_f7_bytes_that_are_left_over_are_told(tmp_path: Path) -> None:
     path = write(tmp_path, table.tobytes()[:77])
     recording = read(path, layout=described)
     assert np.array_equal(recording.values("x"), table[:9])
-    assert recording.notes["source"]["guesses"] == ["the last 5 bytes are no whole record of 8: left out"]
-    with pytest.raises(DataQualityError, match="not one whole record of 8"):
+    assert recording.notes["source"]["guesses"] == [
+        "the last 5 bytes are not a complete record of 8: left out"
+    ]
+    with pytest.raises(DataQualityError, match="no complete record of 8"):
         read(write(tmp_path, b"1234567"), layout=described)
     with pytest.raises(DataQualityError, match="A5 5A"):
         read(write(tmp_path, bytes(500)), layout=HEADED)
@@ -196,7 +198,7 @@ def test_every_fault_of_a_layout_is_told_at_once(tmp_path: Path) -> None:
     said = str(error.value)
     for part in (
         "frame.time: bytes 0 to 1 lie in the header", "ends at byte 11, but the record has 9", "belongs already to",
-        "rate: the records have a time", "'x' is there twice", "scale of 0", "for integers only", "deg/furlong",
+        "rate: the records have a time", "'x' is there twice", "scale of 0", "only for integers", "deg/furlong",
         "300 does not fit", "more than a quarter", "furlong",
     ):  # fmt: skip
         assert part in said, f"{part}: {said}"
@@ -206,7 +208,7 @@ def test_every_fault_of_a_layout_is_told_at_once(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="not YAML"):
         read(path, layout=tmp_path / "b.yaml")
     (tmp_path / "c.yaml").write_text("just words")
-    with pytest.raises(FormatError, match="no layout of records"):
+    with pytest.raises(FormatError, match="not a layout of records"):
         read(path, layout=tmp_path / "c.yaml")
     (tmp_path / "d.yaml").write_text("frame: !!python/object/apply:os.system ['true']")
     with pytest.raises(FormatError):

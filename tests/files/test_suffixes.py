@@ -140,7 +140,7 @@ def test_a_unit_in_a_column_of_its_own(tmp_path: Path) -> None:
         np.testing.assert_array_equal(
             np.column_stack([got.values(n) for n in got.names]), values, err_msg=str(seed)
         )
-        assert not any("words left out" in guess for guess in got.notes["text"]["guesses"]), seed
+        assert not any("text columns left out" in guess for guess in got.notes["text"]["guesses"]), seed
         found = [f for f in check(got) if f.code == "cell_suffix"]
         assert len(found) == len(units) + stamped, (seed, rows[0], [f.message for f in found])
         assert all(f.severity is Severity.INFO for f in found)

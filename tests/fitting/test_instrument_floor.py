@@ -61,7 +61,7 @@ def test_a_floor_that_does_not_fit_is_refused_with_the_reason(rng: np.random.Gen
     faster = al.Recording.from_rate(y, rate=2 * RATE, unit="V")
     two = al.Recording.from_rate(np.stack([y, y], axis=1), rate=RATE, unit="V", names=["a", "b"])
     for floor, words in (
-        (faster, "at 64 Hz, the sensor at 32 Hz: the noise of an instrument is that of its settings"),
+        (faster, "at 64 Hz, the sensor at 32 Hz: the noise of an instrument depends on its settings"),
         (two, "'gyro' has no floor: the channels of the floor are a, b"),
         (volts(y, unit="m/s^2"), "the floor must have the unit of the samples"),
         (volts(y, sampling="point"), "has sampling 'mean', its floor 'point'"),
@@ -72,9 +72,9 @@ def test_a_floor_that_does_not_fit_is_refused_with_the_reason(rng: np.random.Gen
     curve = al.allan_curve(sensor)
     with pytest.raises(InputError, match="from the oadev curve, not from mdev"):
         over_floor(al.allan_curve(sensor, statistic="mdev"), floor_of(sensor, volts(y)))
-    with pytest.raises(InputError, match="through the scale factor first"):
+    with pytest.raises(InputError, match="apply the scale factor to the floor first"):
         al.fit(curve, floor=al.allan_curve(volts(y)))
-    with pytest.raises(InputError, match="knows no floor"):
+    with pytest.raises(InputError, match="takes no floor"):
         al.fit(curve, method="slopes", floor=curve)
     with pytest.raises(InputError, match="goes with the curve"):
         al.fit(sensor, floor=curve)
@@ -275,7 +275,7 @@ def test_allan_and_fit_take_the_floor_of_a_log(rng: np.random.Generator, run: Ru
     paths[1].write_text(paths[1].read_text().replace("[V]", "[mV]", 1))
     thousandfold = run("allan", *options)
     assert thousandfold.code == 1
-    assert "the floor says that u is in mV, and V was said for the log" in thousandfold.err
+    assert "the floor states mV for u, but V was given for the log" in thousandfold.err
     paths[1].write_text(paths[1].read_text().replace("[mV]", "[Volt]", 1))
     assert run("allan", *options, "--json").out == shown_as_json
     written = tmp_path / "curve.csv"

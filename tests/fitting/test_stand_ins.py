@@ -137,7 +137,7 @@ def test_a_drift_holds_over_the_record_only(method):
         supported = [e.symbol for e in model.estimates if e.supported]
     assert "R" in supported
     assert facts["drift_span"] == n
-    assert "R is the drift over these 5.56 h: a swing with a longer period looks the same" in words
+    assert "R is the drift over these 5.56 h: an oscillation with a longer period looks the same" in words
 
 
 def test_a_curve_does_not_tell_quantization_from_a_line_near_half_the_rate():
@@ -147,7 +147,7 @@ def test_a_curve_does_not_tell_quantization_from_a_line_near_half_the_rate():
     by_curve, by_samples = al.fit(al.allan_curve(record)["x"]), al.fit(record)
     assert by_curve.estimate("Q").supported
     assert by_curve.goodness["unseen"] == ["spectral_line"]
-    assert "only the samples tell" in by_curve.verdict
+    assert "only the samples can distinguish them" in by_curve.verdict
     assert "spectral_line" in by_samples.goodness["findings"]
     assert "unseen" not in al.fit(al.allan_curve(record)["x"], screen=False).goodness
 

@@ -176,7 +176,7 @@ def arrow(wide: int) -> Iterator[HostileShape]:
             name=f"{form}, two columns of one name",
             file=f"a.{form}",
             write=_namesakes(form),
-            says="several columns are called 'x'",
+            says="several columns have the name 'x'",
             options=RATE,
         )
     facts = '{{"rate": {}, "start": {}, "channels": {}, "history": {}}}'

@@ -449,7 +449,7 @@ def test_refusals() -> None:
         curve(y, "theoh", taus=[400.0])
     with pytest.raises(DataQualityError, match="at least 10"):
         curve(y[:9], "theo1")
-    with pytest.raises(DataQualityError, match="from 89 on"):
+    with pytest.raises(DataQualityError, match="from 89 samples"):
         curve(y[:88], "theobr")
     assert len(ratio_lags(89)) == 1 and len(ratio_lags(10**6)) == 200
     with pytest.raises(InputError, match=r"not known"):

@@ -47,9 +47,9 @@ def test_roles_may_be_told_where_the_kinds_do_not_say() -> None:
     [
         ({"gyro": GYRO}, KINDS, "no noise model for a; there are: gyro"),
         ({}, KINDS, "no noise model for g, h, a; there are: none"),
-        (GYRO, KINDS, "no noise model for a: the one that was given is of rate, not of acceleration"),
+        (GYRO, KINDS, "no noise model for a: the given one is of rate, not of acceleration"),
         ({"gyro": ACC, "a": ACC}, KINDS, "the noise model of 'g' is of acceleration, not of rate"),
-        (GYRO, COUNTS, "one noise model cannot be that of accelerometers and gyros"),
+        (GYRO, COUNTS, "one noise model cannot apply to accelerometers and gyros"),
     ],
 )
 def test_what_is_missing_or_of_another_sensor_is_named(model: Any, kinds: Any, said: str) -> None:

@@ -31,8 +31,8 @@ def test_what_is_json_is_what_it_is() -> None:
         ("9" * 41, "41 digits; at most 40"),
         ("-" + "9" * 5000, "5001 digits"),
         ("1e400", "too large for a number in double precision"),
-        ("[Infinity]", "Infinity is not a number that JSON can hold"),
-        ("-Infinity", "-Infinity is not a number that JSON can hold"),
+        ("[Infinity]", "Infinity is not a valid JSON number"),
+        ("-Infinity", "-Infinity is not a valid JSON number"),
         ("{", "Expecting"),
     ],
 )

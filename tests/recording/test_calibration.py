@@ -353,7 +353,7 @@ def test_b11_paths_that_are_no_calibration(tmp_path: Path) -> None:
         file = tmp_path / "bad.json"
         file.write_bytes(content)
         with pytest.raises(
-            FormatError, match=r"not JSON \(.*: give a calibration, .*allanite calibrate|no calibration"
+            FormatError, match=r"not JSON \(.*: expected a calibration, .*allanite calibrate|no calibration"
         ):
             Calibration.load(file)
 

@@ -35,7 +35,7 @@ def test_b18_a_step_of_a_known_range_in_the_other_unit(
     counts = np.round(3.0 * white(rng, N) + 40.0)
     y = counts * (step if numbers == "deg" else math.radians(step))
     trap = found(Recording.from_rate(y, rate=100.0, unit=label, names="gx"))["unit_trap"]
-    assert f"are these {meant}, labeled '{label}'?" in trap.message or "divided by 57.3" in trap.message
+    assert f"are these {meant} labeled '{label}'?" in trap.message or "divided by 57.3" in trap.message
     right = "deg/s" if numbers == "deg" else "rad/s"
     assert "unit_trap" not in found(Recording.from_rate(y, rate=100.0, unit=right, names="gx"))
 

@@ -95,7 +95,7 @@ def test_axes_together_and_each_at_its_own_rate(rng: np.random.Generator) -> Non
     assert all("updates at 47.13" in found[n].message for n in names[:3])
     assert all("updates at 63.40" in found[n].message for n in names[3:])
     assert "--channels gx,gy,gz" in found["gx"].advice
-    with pytest.raises(InputError, match=r"not held alike \(gx 2.016 times on average"):
+    with pytest.raises(InputError, match=r"repeat differently \(gx 2.016 times on average"):
         clean(log, "drop_repeats")
     assert clean(log.select("ax", "ay", "az"), "drop_repeats").rate == pytest.approx(63.4, abs=0.02)
 

@@ -423,7 +423,7 @@ def test_one_thermometer_for_each_sensor() -> None:
     assert [s["channel"] for s in freed.residual.history if s["step"] == "environment"][:1] == ["gx"]
     with pytest.raises(InputError, match="no channel 'gz'"):
         free_of_environment(record, channels=["gx"], temperature={"gz": "t1"})
-    with pytest.raises(InputError, match="say which channel"):
+    with pytest.raises(InputError, match="choose a channel"):
         regress_environment(record)
     with pytest.raises(InputError, match="is one of rate"):
         regress_environment(record, channel="gx", temperature="gy")

@@ -410,7 +410,7 @@ def test_few_counts_among_zeros_are_no_steps(counts: int) -> None:
     y = np.zeros(5000)
     y[np.linspace(300, 4500, counts).astype(int)] = 1.0
     if counts < 4:
-        with pytest.raises(DataQualityError, match="fewer than 4 windows hold samples and noise"):
+        with pytest.raises(DataQualityError, match="fewer than 4 windows have samples and noise"):
             examine_variation(record(y))
         return
     channel = examine_variation(record(y)).channels[0]

@@ -241,8 +241,8 @@ def _of_means(job: _Job, averaging: float | None, sd_of: SdOf | None, options: M
     models = _models(job.model, record, axes, job.called) or {}
     if lacking := [name for name in axes.names if name not in models]:
         raise InputError(
-            f"a mean does not tell its noise, and there is no model of {', '.join(lacking)}: give one of gyros and "
-            "accelerometers (--model study.json)"
+            f"means carry no noise information, and there is no model of {', '.join(lacking)}: pass one "
+            f"of gyros and accelerometers (--model study.json)"
         )
     return _UnitLog(
         whole=record,

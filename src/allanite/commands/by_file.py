@@ -259,14 +259,16 @@ def rests_by_file(rests_of_log: StaticSpans, log: LogOfFiles) -> StaticSpans:
             why = {WHY[m.why]: m.stop - m.start for m in rests_of_log.moving if m.start < b and m.stop > a}
             longest = max(why, key=lambda words: why[words], default="")
             raise DataQualityError(
-                f"{file}: the unit is nowhere at rest in it ({longest}). Leave the file out, or take the part of it in "
-                "which the unit rests (--from, --to, or a file of its own)"
+                f"{file}: the unit is never at rest ({longest}). Leave the file out, or use only the part "
+                f"at rest (--from, --to, or a separate file)"
             )
         if not of_file:
             taken.append(file)
         rests += [replace(s, label=file) for s in of_file] or [StaticSpan(start=a, stop=b, label=file)]
     remark = (
-        (f"{_named(taken)}: {TAKEN:g} s and less, too short to tell rest from motion; taken as rest",)
+        (
+            f"{_named(taken)}: {TAKEN:g} s and less, too short to distinguish rest from motion; treated as rest",
+        )
         if taken
         else ()
     )

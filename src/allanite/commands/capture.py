@@ -107,7 +107,7 @@ def _kept(folder: Path | None) -> str:
     try:
         kept = kept_in(open_run(folder))
     except (AllaniteError, OSError):  # a disk that fails is not read either
-        return f". To see what was kept: allanite recover --dry-run {for_shell(str(folder))}"
+        return f". To see the stored samples: allanite recover --dry-run {for_shell(str(folder))}"
     return f". {kept} sample{'' if kept == 1 else 's'} kept in {folder}"
 
 

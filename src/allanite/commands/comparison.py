@@ -161,7 +161,7 @@ def _refuse_unknown_units(places: Sequence[Path], records: Sequence[Any]) -> Non
     which = "; ".join(f"{place}: {', '.join(names)}" for place, names in lacking.items())
     raise InputError(
         f"the unit of channels is unknown ({which}), where another record has one: state it, as in --unit "
-        f"{for_shell(units)}; a study that was saved without units is made again from its log"
+        f"{for_shell(units)}; a study saved without units must be made again from its log"
     )
 
 

@@ -109,17 +109,17 @@ def fit_file(
     saved = _is_saved_curve(place)
     if not curve and (samples is not None or statistic is not None):
         raise InputError(
-            "--samples and --statistic describe a curve of another program: give them with --curve"
+            "--samples and --statistic describe a curve from another program: use them with --curve"
         )
     if curve or saved:
         if terms is not None or len(lines) or floor is not None or of_samples or accept:
             raise InputError(
-                "a curve is fitted by --method moments or slopes, without --terms, --lines, --floor or --accept: those "
-                "need the samples"
+                "a curve is fitted by --method moments or slopes, without --terms, --lines, --floor or "
+                "--accept: these need the samples"
             )
         return _fit_curve(place, saved, method, samples=samples, statistic=statistic, **options)
     if terms is not None and not of_samples:
-        raise InputError(f"--method {method} takes no terms: give them with --method likelihood or spectral")
+        raise InputError(f"--method {method} takes no terms: use --method likelihood or spectral")
     if len(lines) and (method != "likelihood" or isinstance(lines, str)):
         raise InputError(
             "--lines of a fit are frequencies in Hz, for --method likelihood and a log; `allanite select --lines auto` "
@@ -163,7 +163,7 @@ def _fit_curve(place: Path, saved: bool, method: str, **options: Any) -> FittedM
         if stated:
             options_said = " and ".join(f"--{k}" for k in stated)
             raise InputError(
-                f"{place.name} is a curve of allanite and says that itself: leave out {options_said}"
+                f"{place.name} is a curve of allanite and contains this: leave out {options_said}"
             )
         read = ForeignCurve(curve=AllanCurve.from_csv(place), remarks=())
     else:
@@ -252,7 +252,7 @@ def simulate_to(
 
     models, own_rate = load_models(model)
     if rate is None and own_rate is None:
-        raise InputError(f"{model} does not say how often to sample: give --rate (rate=)")
+        raise InputError(f"{model} does not state a sample rate: pass --rate (rate=)")
     refuse_recording(path, force=force)
     step = None if progress is None else lambda fraction: progress(0.8 * fraction)
     chosen: Any = models if len(models) > 1 else next(iter(models.values()))

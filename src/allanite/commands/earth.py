@@ -145,8 +145,8 @@ def _one_axis(recording: Recording) -> str:
     rates = rates_of(recording)
     if len(rates) == AXES:
         raise InputError(
-            f"the log has three axes, {', '.join(rates)}, and turns are of one: choose the one that was turned with "
-            "--channels; three axes at rest need no word of turns"
+            f"the log has three axes, {', '.join(rates)}, but turns refer to one: choose the turned axis "
+            f"with --channels; for three axes at rest, leave out the options of turns"
         )
     return gyro_of(recording)
 
@@ -211,8 +211,8 @@ def north_of(
 
     if sum(given is not None for given in (headings, positions, rotation, means or None)) != 1:
         raise InputError(
-            "say how the table stood: positions in one log (--headings), in files of their own (--positions), in rows "
-            "of means (--means), or a rotation (--rotation)"
+            "state the positions of the table: in one log (--headings), in separate files (--positions), "
+            "in rows of means (--means), or as a rotation (--rotation)"
         )
     advance, stated = progress or (lambda fraction, what: None), stated_in(options)
     advance(0.0, "reading")

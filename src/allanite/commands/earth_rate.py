@@ -43,7 +43,7 @@ EARTH_RATE = Command(
             one="vector",
             others=("first", "turns", "dwell", "settling", "warm_up", "temperature", "g_sensitivity"),
             says=(
-                "--vector is for three axes at rest: leave out what is said of one axis that was turned (--first, "
+                "--vector is for three axes at rest: leave out the options of one turned axis (--first, "
                 "--turns, --dwell, --settling, --warm-up, --temperature, --g-sensitivity)"
             ),
         ),

@@ -63,15 +63,13 @@ def export_of(
     module = exporter(consumer)
     if overbound is None and bound_until is not None:
         raise InputError(
-            "--bound-until is the horizon of a bound: give its probability as well, --overbound 95%"
+            "--bound-until is the horizon of a bound: state its probability as well, --overbound 95%"
         )
 
     def loaded(path: str | os.PathLike[str]) -> Any:
         if not _is_study(path):
             if overbound is not None:
-                raise InputError(
-                    f"a bound is made of a study, with the curve that was measured, not of {path}"
-                )
+                raise InputError(f"a bound needs a study with its measured curve, not {path}")
             models, stated_rate = load_models(path)
             known = {"source": Path(path).name, "sha256": file_sha256(path)} if Path(path).is_file() else None
             return document_of(models, stated_rate if rate is None else rate, known)
@@ -90,12 +88,12 @@ def export_of(
     if module.TAKES == "calibration" or (module.TAKES == "either" and _is_calibration(source)):
         if overbound is not None and model is None:
             raise InputError(
-                f"{consumer} takes the noise from a study: give it with --model, so that it can be bounded"
+                f"{consumer} takes the noise from a study: pass it with --model, so that it can be bounded"
             )
         if rate is not None and model is None:
             raise InputError(
-                "--rate is that of noise models, and a calibration alone has none: give --model as well, or leave out "
-                "--rate"
+                "--rate is that of noise models, and a calibration has none: pass --model as well, or "
+                "leave out --rate"
             )
         return export(consumer, Calibration.load(Path(source)), output, force=force, **chosen)
     return export(consumer, loaded(source), output, force=force, **chosen)

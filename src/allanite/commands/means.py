@@ -102,18 +102,18 @@ def record_of_means(
 
     if means.duration is None:
         raise InputError(
-            "the model gives the noise of a mean by its averaging time: --averaging 60s, or a column duration"
+            "the noise of a mean depends on its averaging time: state --averaging 60s, or a column duration"
         )
     length = float(np.median(means.duration))
     if np.ptp(means.duration) > _EQUAL * length:
         raise InputError(
-            f"the rows were averaged over {means.duration.min():g} to {means.duration.max():g} s: here all rows need "
-            "the same time; give the positions as logs (--positions)"
+            f"the rows were averaged over {means.duration.min():g} to {means.duration.max():g} s: here "
+            f"all rows need the same time; pass the positions as logs (--positions)"
         )
     begins = means.start
     start = np.arange(means.n) * (length + between) if begins is None else begins
     if means.n > 1 and np.diff(start).min() < (1 - _EQUAL) * length:
-        raise InputError("the positions overlap: each begins before the mean of the one before it ended")
+        raise InputError("the positions overlap: one begins before the mean of the previous one ended")
     steps = np.maximum(np.rint(np.diff(start) / length), 2)  # what is between two rows is missing
     places = np.concatenate([[0], np.cumsum(steps)]).astype(np.int64)
     closer = (steps * length - np.diff(start) > 0.5 * length).any()

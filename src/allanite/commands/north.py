@@ -20,7 +20,7 @@ from allanite.commands.rules import OF_MEANS, Conflict, Requirement
 
 __all__ = ["NORTH"]
 
-_STOOD = "--{} says how the table stood: leave --headings, --rotation and --null out"
+_STOOD = "--{} states the positions: leave out --headings, --rotation and --null"
 
 NORTH = Command(
     name="north",
@@ -57,7 +57,7 @@ NORTH = Command(
         Conflict(one="positions", others=("means",), says=_STOOD.format("positions")),
         Requirement(
             any_of=("headings", "rotation", "positions", "means"),
-            says="say how the table stood: --headings or --rotation",
+            says="state the positions of the table: --headings or --rotation",
         ),
         Conflict(one="headings", others=("rotation",), says="give either --headings or --rotation, not both"),
         *OF_MEANS,
@@ -68,11 +68,11 @@ NORTH = Command(
         ),
         Conflict(
             one="null", others=("misalignment",),
-            says="--misalignment is for north: for --null, say --heading-uncertainty",
+            says="--misalignment is for north: for --null, use --heading-uncertainty",
         ),
         Conflict(
             one="null", others=("plot",),
-            says="the null test has no figure: leave --plot out, and see --out for the report",
+            says="the null test has no figure: leave out --plot, and use --out for the report",
         ),
     ),
     work="allanite.commands.earth:north_of",

@@ -131,7 +131,7 @@ SETUP = (
     option("degrees", "--tilt", "Tilt of the table axis or of a vertical axis.", detail="0.1deg"),
     option("degrees", "--heading-uncertainty", "Uncertainty of the axis heading.", detail="3deg"),
 )
-"""What only the user knows of the set-up; `allanite.quantities.setup_uncertainty` has it."""
+"""Facts about the setup that only the user knows; `allanite.quantities.setup_uncertainty` has it."""
 MODEL_CHANNELS = option(
     "renamed", "--model-channels", "Channel names in LOG = names in --model, if they differ.",
     detail="wx=gyro_x,wy=gyro_y", metavar="NAMES", on_page=False,
@@ -154,8 +154,8 @@ MEANS = (
 """A table of means in place of a log."""
 
 RESTS = (
-    option("names", "--gyro", "Gyro channels x, y, z, where the units do not tell.", metavar="NAMES"),
-    option("names", "--accelerometer", "Accelerometer channels x, y, z, where the units do not tell.",
+    option("names", "--gyro", "Gyro channels x, y, z, if the units do not identify them.", metavar="NAMES"),
+    option("names", "--accelerometer", "Accelerometer channels x, y, z, if the units do not identify them.",
         metavar="NAMES"),
     option("file", "--spans", "CSV of the rests: start,stop in seconds.", otherwise="found"),
 )  # fmt: skip

@@ -68,7 +68,7 @@ PLAN = Command(
         *SETUP,
     ),
     rules=(
-        GoalUnit(angle=True, says="--goal is a share of the Earth rate, 3%; an angle needs --north"),
+        GoalUnit(angle=True, says="--goal is a fraction of the Earth rate, 3%; an angle needs --north"),
         GoalUnit(angle=False, says="--goal is an angle with --north, 1deg"),
     ),
     work="allanite.commands.plan:plan_of",

@@ -47,7 +47,7 @@ PLAN_POSITIONS = Command(
         option("number", "--rate", "Sample rate in Hz.", otherwise="that of the study, or 100"),
     ),
     rules=(
-        Requirement(any_of=("latitude",), by=("heading",), says="--heading depends on the latitude: --latitude"),
+        Requirement(any_of=("latitude",), by=("heading",), says="--heading needs --latitude"),
     ),
     on_page=False,
     work="allanite.commands.position_plan:position_plan_of",

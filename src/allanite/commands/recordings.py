@@ -158,9 +158,9 @@ def read_floor(floor: str | os.PathLike[str], **options: Any) -> Recording:
         for name, stated in step.get("units_set_aside", {}).items():
             unit = recording[name].unit
             raise InputError(
-                f"{floor}: the floor says that {name} is in {stated}, and {unit} was said for the log. If {unit} is "
+                f"{floor}: the floor states {stated} for {name}, but {unit} was given for the log. If {unit} is "
                 f"right for both, write it into a copy: allanite convert {for_shell(str(floor))} floor.parquet --unit "
-                f"{for_shell(unit)}; if not, correct the unit in the file of the log, and say none"
+                f"{for_shell(unit)}; if not, correct the unit in the file of the log, and omit --unit"
             )
     return recording
 
@@ -241,7 +241,7 @@ def models_of_several(
         models, stated = load_models(source)
         twice = sorted(set(models) & set(by_channel))
         if twice:
-            raise InputError(f"{source} has another model of {twice[0]!r}: give each channel once")
+            raise InputError(f"{source} has a second model of {twice[0]!r}: give each channel once")
         by_channel |= models
         rate = rate or stated
     return by_channel, rate

@@ -83,7 +83,7 @@ def combination_of(
         confidence=confidence,
         progress=lambda fraction, what: advance(0.1 + 0.7 * fraction, what),
     )
-    advance(0.8, "looking for faults of the record")
+    advance(0.8, "checking the record for faults")
     findings = [f for f in check(recording.select(*combination.channels)) if f.code not in _JUDGED_HERE]
     result = combination.result
     return MeasurementResult(
@@ -116,7 +116,7 @@ def directions_from(path: str | os.PathLike[str]) -> dict[str, Sequence[float]]:
         raise FormatError(f"{path} cannot be read: {error}") from None
     rows = [[cell.strip() for cell in row] for row in rows if any(cell.strip() for cell in row)]
     if not rows or [cell.lower() for cell in rows[0]] != ["channel", "x", "y", "z"]:
-        raise FormatError(f"{path}: a file of sensitive axes begins with channel,x,y,z")
+        raise FormatError(f"{path}: a file of sensing axes must begin with channel,x,y,z")
     axes: dict[str, Sequence[float]] = {}
     for number, row in enumerate(rows[1:], 2):
         try:
@@ -128,6 +128,6 @@ def directions_from(path: str | os.PathLike[str]) -> dict[str, Sequence[float]]:
                 f"{path}, line {number}: expected a channel and three numbers, found {','.join(row)}"
             )
         if row[0] in axes:
-            raise FormatError(f"{path}, line {number}: channel {row[0]!r} is there twice")
+            raise FormatError(f"{path}, line {number}: channel {row[0]!r} is listed twice")
         axes[row[0]] = axis
     return axes

@@ -101,7 +101,7 @@ def _within(rests: StaticSpans, first: int, count: int) -> StaticSpans:
 
     spans = inside(rests.spans)
     if not spans:
-        raise InputError("none of the spans that were listed lies in this part of the log")
+        raise InputError("none of the listed spans is in this part of the log")
     return replace(rests, n_samples=count, spans=spans, moving=inside(rests.moving))
 
 
@@ -145,7 +145,7 @@ def judged_at_rest(
 def _of_attitudes(finding: Finding, silent: Collection[str | None]) -> Finding:
     from allanite.recording.health import Severity
 
-    advice = "none needed: every attitude has a level of its own, and each is judged by itself"
+    advice = "none needed: every attitude has its own level, and each is checked separately"
     if finding.code == "clipping" and finding.channel in silent:
         advice = "none needed: without noise every level is repeated, the largest as any other"
     elif finding.code not in _OF_ATTITUDES:
@@ -177,7 +177,7 @@ def _without_noise(finding: Finding, part: Recording, rests: StaticSpans) -> Fin
         severity=Severity.WARNING,
         message=f"{finding.message}; but it varies while the unit is moved, and takes {_FEW} values at the most in "
         "most rests: its steps hide the noise",
-        advice="none needed where the log is simulated; of a sensor, log more digits",
+        advice="none needed for a simulated log; for a sensor, log more digits",
         risk="",
         excludes=False,
     )

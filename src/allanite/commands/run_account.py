@@ -19,7 +19,7 @@ __all__ = ["RunAccount", "account_of", "account_of_recovery", "kept_in"]
 _ENDED = {
     "recording": "it is still being recorded",
     "abort": "it was stopped",
-    "fail": "it ended by a failure",
+    "fail": "it ended with a failure",
     "unfinished": "it was never closed: the recorder died",
 }
 

@@ -53,7 +53,7 @@ def datasheet_of(
         raise InputError("give a log or its study, not both")
     idle = [name for name, value in options.items() if value not in (None, ()) and name != "sampling"]
     if log is None and (idle or accept):
-        raise InputError(f"{(idle or ['accept'])[0]} is about a log, and none is given")
+        raise InputError(f"{(idle or ['accept'])[0]} applies to a log, but there is none")
     stated = read_datasheet(sheet)
     measured = _studied(log, study, accept, source, progress, options)
     result = hold_against(measured, stated)

@@ -60,7 +60,7 @@ def spectra_of(
     choices = {name: options.pop(name) for name in _CHOICES if name in options}
     advance(0.0, "reading")
     recording = read_part(log, source=source, **options)
-    advance(0.05, "looking for faults of the record")
+    advance(0.05, "checking the record for faults")
     names = noise_channels(recording)
     models = {} if model is None else models_from(model, names)
     missing = [name for name in names if models and name not in models]

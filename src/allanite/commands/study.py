@@ -162,7 +162,7 @@ def curve_of(study: Study) -> AllanCurve:
             f"{', '.join(c.name for c in part)} at {1 / part[0].curve.dt:.6g} Hz" for part in parts
         )
         raise InputError(
-            f"the channels have different rates ({groups}): take those of one rate at a time (--channels)"
+            f"the channels have different rates ({groups}): choose those of one rate at a time (--channels)"
         )
     return _curve(study, parts[0])
 

@@ -169,7 +169,7 @@ def models_for(
     taking, named = list(channels), dict(called or {})
     if unknown := sorted(set(named) - {channel.name for channel in taking}):
         raise InputError(
-            f"--model-channels names {', '.join(unknown)}; of the log these are used: "
+            f"--model-channels names {', '.join(unknown)}; the channels used are: "
             f"{', '.join(channel.name for channel in taking)}"
         )
     given = {
@@ -204,7 +204,7 @@ def chosen_model(
     has = f"{source} has no model of channel {channel!r}, but of {', '.join(models)}"
     if by_name:
         raise InputError(f"{has}: --model-channels takes one of these")
-    refusal = f"{has}: write the model that is meant into a file of its own"
+    refusal = f"{has}: write the intended model to a separate file"
     if beside:
         refusal += f", or map the names, --model-channels {for_shell(_mapped(beside, models))}"
     raise InputError(refusal)
@@ -226,7 +226,7 @@ def _refuse_other_kind(model: NoiseModel, where: str, channel: Channel) -> None:
     kind = {"angle": "rate", "velocity": "acceleration"}.get(channel.kind.value, channel.kind.value)
     if kind == model.kind:
         return
-    advice = "give the model of this channel"
+    advice = "pass the model of this channel"
     if kind == "unknown":
         unit = "deg/s" if model.kind == "rate" else "m/s^2" if model.kind == "acceleration" else ""
         advice = f"state the unit of the samples, as in {unit_option([channel.name], unit)}"
@@ -274,7 +274,9 @@ def turns_of(
     from allanite.experiments.reversals import find_reversals, periodic_reversals, read_turns
 
     if turns is not None and dwell is not None:
-        raise InputError("turns come either from a file (--turns) or by the clock (--dwell), not from both")
+        raise InputError(
+            "turns come either from a file (--turns) or from a dwell time (--dwell), not from both"
+        )
     part = part_of(whole, start, stop)
     facts: dict[str, Any] = {"channel": channel, "first": first, "dead_time": dead_time}
     if turns is not None:
@@ -350,7 +352,7 @@ def checked(
         # A list of turns that is wrong makes a good record look bad.
         contradictions = "".join(f"{f.message}\n    what to do: {f.advice}\n" for f in doubts)
         raise DataQualityError(
-            f"signal and turns contradict each other: {contradictions}{error}", (*doubts, *error.findings)
+            f"signal and turns disagree: {contradictions}{error}", (*doubts, *error.findings)
         ) from None
     others = [f for f in reversals.findings if f not in doubts]
     return replace(ready, findings=(*doubts, *ready.findings, *others))
@@ -438,7 +440,7 @@ def _of_the_spans(finding: Finding, where: str) -> Finding:
         finding,
         severity=Severity.INFO,
         message=f"{where}: {finding.message}",
-        advice="none needed: it comes from moving the sensor",
+        advice="none needed: it is caused by moving the sensor",
         excludes=False,
         risk="",
     )

@@ -126,5 +126,6 @@ def _refuse_other_instants(first: Recording, second: Recording) -> None:
     if late >= 0.5:
         rates += f", begun {late / first.rate:.3g} s apart"
     raise InputError(
-        f"the two logs do not hold the same instants ({rates}): bring them to one time first, and write one file"
+        f"the two logs have different sample times ({rates}): resample them to a common time first, and "
+        f"write one file"
     )

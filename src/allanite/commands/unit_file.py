@@ -110,7 +110,7 @@ def unit_text(
     """
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9:_.\-]*\.service", name):
         raise InputError(
-            f"{name!r} is no name of a unit: write e.g. gyro.service, of letters, digits and - _ . :"
+            f"{name!r} is not a unit name: write e.g. gyro.service, of letters, digits and - _ . :"
         )
     kept = _without_option(words)
     place = Path(folder).absolute()
@@ -173,7 +173,7 @@ def _without_option(words: Sequence[str]) -> list[str]:
 def _quoted(word: str) -> str:
     """A word of a command line of systemd: its own quotes, and neither its specifiers nor its variables."""
     if "\n" in word or "\r" in word:
-        raise InputError(f"a line break cannot stand in a unit: {word!r}")
+        raise InputError(f"a unit cannot contain a line break: {word!r}")
     text = _specifiers(word).replace("$", "$$")
     if re.fullmatch(r"[A-Za-z0-9_./:=@%+,-]+", text):
         return text

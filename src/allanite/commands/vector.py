@@ -58,7 +58,7 @@ def is_vector(recording: Recording, *, forced: bool, turned: bool) -> bool:
     if turned:
         raise InputError(
             "--vector is for three axes at rest: --first, --turns, --dwell, --settling, --warm-up, --temperature and "
-            "--g-sensitivity belong to one axis that was turned"
+            "--g-sensitivity apply to one turned axis"
         )
     if len(rates) != AXES:
         raise InputError(
@@ -153,9 +153,9 @@ def _refuse_turned(vector: RateVector) -> None:
     if reversals:
         times = "once" if len(reversals) == 1 else f"{len(reversals)} times"
         raise InputError(
-            f"the three axes were turned by about half a turn {times}, and turning is what separates the biases from "
-            "the Earth: choose the axis that was turned with --channels, and say where it pointed with --first north. "
-            "For the length of the rate vector, with the biases in it, say --vector"
+            f"the three axes were turned by about half a turn {times}. Turns separate the biases from the "
+            f"Earth's rotation: choose the turned axis with --channels, and state its direction with "
+            f"--first north. For the magnitude of the rate vector, including the biases, use --vector"
         )
 
 
@@ -173,4 +173,4 @@ def _model_name(names: list[str]) -> str:
     """Where the noise comes from; the file alone where each axis has a model of its own in it."""
     if len(set(names)) == 1:
         return names[0]
-    return f"{Path(names[0].split(', channel')[0]).name}, for each axis its own"
+    return f"{Path(names[0].split(', channel')[0]).name}, one for each axis"

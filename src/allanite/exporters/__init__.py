@@ -189,7 +189,7 @@ def _calibration(source: Any, name: str) -> Mapping[str, Any]:
     held = document.get("calibration", document) if isinstance(document, Mapping) else None
     if not isinstance(held, Mapping) or held.get("format") != "allanite-calibration":
         raise InputError(
-            f"{name} takes a calibration, as `allanite calibrate` leaves it, not {_named(document)}"
+            f"{name} takes a calibration, the output of `allanite calibrate`, not {_named(document)}"
         )
     return held
 
@@ -211,13 +211,11 @@ def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
         )
     if not all(isinstance(value, NoiseModel) for value in study.values()):
         if study.get("format") == "allanite-calibration" or isinstance(study.get("calibration"), Mapping):
-            raise InputError(
-                "a calibration holds no noise: export it with openvins or imu-tk, or give a study"
-            )
+            raise InputError("a calibration has no noise: export it with openvins or imu-tk, or pass a study")
         if "channels" not in study or "recording" not in study:
             raise InputError("the document is not a study: it has no 'channels' and 'recording'")
         if rate is not None:
-            raise InputError("the study knows its sample rate: rate= is for bare noise models, which do not")
+            raise InputError("the study has a sample rate: rate= is for plain noise models")
         return study
     return document_of(study, rate)
 
@@ -233,7 +231,7 @@ def document_of(
         No sample rate.
     """
     if rate is None:
-        raise InputError("bare noise models do not know their sample rate: give rate=")
+        raise InputError("plain noise models have no sample rate: pass rate=")
     channels = [
         {
             "name": name,

@@ -128,9 +128,7 @@ def write(
         or namespace in _TAKEN.split()
         or "__" in namespace
     ):
-        raise InputError(
-            f"{namespace!r} is not a name that a C++ namespace of yours can have; take for example 'gyro_x'"
-        )
+        raise InputError(f"{namespace!r} is not a valid C++ namespace; use for example 'gyro_x'")
     recording = document["recording"]
     rate = _positive(recording["rate"] if filter_rate is None else filter_rate, "filter_rate")
     span = _positive(recording.get("duration", _HORIZON) if horizon is None else horizon, "horizon")
@@ -171,7 +169,7 @@ def _axis(document: Json, wanted: str | None, dt: float, span: float) -> Json:
     kinds = next((g for g in groups if any(c["kind"] in g for c in able)), None)
     among = [c for c in able if kinds is None or c["kind"] in kinds]
     if not among:
-        raise InputError("the study holds no noise model: record longer, or look at its findings")
+        raise InputError("the study has no noise model: record longer, or check its findings")
     taus = dt * 2.0 ** np.arange(max(1, math.floor(math.log2(max(span / dt, 2.0)))))
 
     def size(c: Json) -> float:
@@ -201,7 +199,7 @@ def _with_flicker(model: NoiseModel, flicker: Any, time: float | None) -> NoiseM
     from allanite.filtering.kalman.channel import with_flicker
 
     if flicker == "single" and model.term("flicker") is None:
-        raise InputError("flicker='single' makes one state of flicker, and the model holds none")
+        raise InputError("flicker='single' makes one state of flicker, but the model has no flicker")
     return with_flicker(model, flicker, time)
 
 

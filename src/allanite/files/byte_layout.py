@@ -154,12 +154,12 @@ def wrong_in_record(
             yield other, f"byte {start} belongs already to {name_of(one)}"
     for i, field in enumerate(record.fields):
         if field.type not in INTEGERS and (field.missing or field.overload):
-            yield (*where, "fields", i), "raw values that mean missing or overload exist for integers only"
+            yield (*where, "fields", i), "raw values for missing or overload are possible only for integers"
     counter = record.counter
     if counter is not None and counter.turns_at > 256 ** TYPE_SIZES[counter.type]:
         yield (*where, "counter", "modulus"), f"{counter.modulus} does not fit into {counter.type}"
     if counter is not None and counter.step * 4 > counter.turns_at:
-        yield (*where, "counter", "step"), "is more than a quarter of the modulus: gaps would not be seen"
+        yield (*where, "counter", "step"), "is more than a quarter of the modulus: gaps could not be detected"
 
 
 def wrong_measured(

@@ -39,7 +39,7 @@ __all__ = ["STATED", "ForeignCurve", "read_curve"]
 
 Array = NDArray[np.float64]
 
-_NO_LENGTH = "nothing says how long the record was: give --samples (samples=), its duration times its rate"
+_NO_LENGTH = "the length of the record is unknown: pass --samples (samples=), its duration times its rate"
 _NAMES: Final = ("oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev")
 #: What the values of a column may be said to be: a deviation, or its square.
 STATED: Final = (*_NAMES, *(name.replace("dev", "var") for name in _NAMES))
@@ -191,10 +191,10 @@ def read_curve(
         remarks.append(
             f"taken as the {'overlapping' if quantity == 'oadev' else 'non-overlapping'} Allan "
             + (
-                "deviation, as its counts say"
+                "deviation, from its counts"
                 if shape.statistic
-                else "deviation: no counts tell. If its windows do not overlap, say --statistic adev: it has fewer "
-                "degrees of freedom"
+                else "deviation, without counts to confirm it. If its windows do not overlap, "
+                "use --statistic adev: it has fewer degrees of freedom"
             )
         )
     lags, first, notes = _lags(grid, shape, name)
@@ -225,7 +225,7 @@ def _plain(text: str) -> str:
 
 def _columns(table: Table, name: str) -> list[_Column]:
     if not table.columns or len(table.columns[0]) == 0:
-        raise DataQualityError(f"{name}: there is nothing in this table")
+        raise DataQualityError(f"{name}: this table is empty")
     refuse_more(
         len(table.columns[0]), _MOST_ROWS, "rows", name, "A curve has one row for each averaging time"
     )
@@ -259,7 +259,7 @@ def _roles(columns: Sequence[_Column], channels: Sequence[str] | None, name: str
         rising = [c for c in free if _possible("tau", c.values)]
         if not rising:
             raise DataQualityError(
-                f"{name}: no column holds averaging times (positive, and larger in each row); columns: "
+                f"{name}: no column contains averaging times (positive, increasing); columns: "
                 + ", ".join(c.shown for c in columns)
             )
         roles["tau"] = rising[0]
@@ -333,7 +333,7 @@ def _asked(free: list[_Column], channels: Sequence[str] | None, name: str) -> li
             f"choose, as in --channels {for_shell(free[0].shown)} (channels= in Python)"
         )
     if not (named or free):
-        raise DataQualityError(f"{name}: no column of deviations beside the averaging times")
+        raise DataQualityError(f"{name}: no column of deviations in addition to the averaging times")
     return named or free
 
 
@@ -367,10 +367,11 @@ def _quantity(
         squared_by = _is_squared(file)
         if squared_by is None:
             raise InputError(
-                f"{place.name}: nothing says whether {best.shown!r} holds deviations or variances: say --statistic "
-                "oadev (overlapping Allan deviation) or --statistic oavar (its square); statistic= in Python"
+                f"{place.name}: it is undetermined whether {best.shown!r} contains deviations or "
+                f"variances: use --statistic oadev (overlapping Allan deviation) or --statistic oavar "
+                f"(its square); statistic= in Python"
             )
-        remarks = [f"{'variances' if squared_by else 'deviations'}, as the name of the file says"]
+        remarks = [f"{'variances' if squared_by else 'deviations'}, from the file name"]
     alike = [
         c for c in values if _stated(c) == _stated(best) and _is_squared(c.plain) == _is_squared(best.plain)
     ]
@@ -423,7 +424,7 @@ def _grid(tau: _Column | None, lag: _Column | None, name: str) -> _LagGrid:
     seconds = tau.values * parse_unit(unit, QuantityKind.TIME).factor
     if not np.all(np.isfinite(seconds) & (seconds > 0)):
         row = int(np.flatnonzero(~(np.isfinite(seconds) & (seconds > 0)))[0]) + 1
-        raise DataQualityError(f"{name}: row {row} of {tau.shown!r} holds no averaging time; remove the row")
+        raise DataQualityError(f"{name}: row {row} of {tau.shown!r} has no averaging time; remove the row")
     return _LagGrid(seconds, None if lag is None else lag.values)
 
 
@@ -442,7 +443,7 @@ def _shape(
             remarks.append(f"rate {1 / dt:.6g} Hz, from averaging times and lags")
         elif abs(ratio / dt - 1) > 1e-3:
             raise InputError(
-                f"{name}: averaging times and lags say {1 / ratio:.6g} Hz, the rate was given as {1 / dt:.6g} Hz"
+                f"{name}: averaging times and lags imply {1 / ratio:.6g} Hz, but the stated rate is {1 / dt:.6g} Hz"
             )
     counts = None if count is None or quantity not in ("allan", "oadev", "adev") else count.values
     if dt is None and counts is not None and grid.tau is not None:
@@ -452,17 +453,18 @@ def _shape(
     if dt is None:
         besides = "" if samples is not None or counts is not None else f". Besides, {_NO_LENGTH}"
         raise InputError(
-            f"{name}: the sample rate of the record is not in the file, and the intervals need it: give --rate "
-            f"(rate=); the shortest averaging time, {grid.either[0]:.6g} s, is a whole number of intervals{besides}"
+            f"{name}: the sample rate of the record is not in the file, and the intervals need it: pass "
+            f"--rate (rate=); the shortest averaging time, {grid.either[0]:.6g} s, is a whole number of "
+            f"intervals{besides}"
             if grid.tau is not None
-            else f"{name}: the lags are in samples: give the sample rate, --rate (rate=){besides}"
+            else f"{name}: the lags are in samples: pass the sample rate, --rate (rate=){besides}"
         )
     lags = grid.lags if grid.lags is not None else grid.either / dt
     if counts is not None:
         if (counted := _length_by(counts, lags, quantity, samples, name)) is not None:
             length, by, notes = counted
             return _Shape(length, dt, by), [*remarks, *notes]
-        remarks.append(f"counts in {count.shown!r} set aside: they are not those of Allan deviations")  # type: ignore[union-attr]
+        remarks.append(f"counts in {count.shown!r} ignored: they are not those of Allan deviations")  # type: ignore[union-attr]
     if samples is None:
         raise InputError(f"{name}: {_NO_LENGTH}")
     return _Shape(int(samples), dt, ""), remarks
@@ -509,8 +511,9 @@ def _length_by(
         return least, "oadev", [remark]
     if samples is None:
         raise InputError(
-            f"{name}: the counts fit no record without gaps ({least} to {most} samples): the intervals of this curve "
-            "cannot be known from it. Compute it here from the log, or give --samples if the column counts something "
+            f"{name}: the counts fit no record without gaps ({least} to {most} samples): the intervals of "
+            f"this curve cannot be computed. Compute it here from the log, or pass --samples if the "
+            f"column counts something "
             "else"
         )
     return None
@@ -548,7 +551,7 @@ def _lags(grid: _LagGrid, shape: _Shape, name: str) -> tuple[NDArray[np.int64], 
     remarks = []
     if len(lags) < len(whole):
         again = plural(len(whole) - len(lags), "row")
-        remarks.append(f"{again} of averaging times that occur twice left out")
+        remarks.append(f"{again} with repeated averaging times left out")
     if lags[0] > 1:
         remarks.append(f"the shortest averaging time is {lags[0]} samples at {1 / shape.dt:.6g} Hz")
     return lags, first, remarks
@@ -587,12 +590,12 @@ def _channels(
         if bad.any() or not np.isfinite(column.values).any():
             row = int(np.flatnonzero(bad)[0]) + 1 if bad.any() else 1
             raise DataQualityError(
-                f"row {row} of {column.shown!r} is {column.values[row - 1]:g}, and no deviation: deviations are finite "
-                "and not negative; choose the columns with --channels"
+                f"row {row} of {column.shown!r} is {column.values[row - 1]:g}, not a deviation: "
+                f"deviations are finite and not negative; choose the columns with --channels"
             )
         stated = given.get(name) or _root_of(column.heading.unit, squared)
         if not stated:
-            remarks.append(f"the unit of {name} is not known: give it with --unit")
+            remarks.append(f"the unit of {name} is unknown: pass it with --unit")
         channel = Channel.of(name, stated, sampling=sampling)
         if channel.kind.integrated or not channel.kind.noise_bearing:
             raise InputError(

@@ -111,21 +111,21 @@ def _refuse_unclear(path: Path, texts: Json, sections: list[Json]) -> None:
     ]
     if texts.get("type") == "IMU" and any(_VINS & keys for keys in inner):
         raise InputError(
-            f"{path} is of imu_utils, and its numbers are not what their names say: gyr_w and acc_w are bias "
+            f"{path} is from imu_utils, and its numbers differ from their names: gyr_w and acc_w are bias "
             "instabilities, not random walks, and gyr_n and acc_n are root densities in some files and deviations of "
-            "one sample (times the root of the rate) in others. State what you know in words: "
-            "'N=0.3 deg/√h, B=5 deg/h'; or fit the record itself"
+            "one sample (times the root of the rate) in others. State the known coefficients: 'N=0.3 "
+            "deg/√h, B=5 deg/h'; or fit the record itself"
         )
     if any(_VINS & {*section} for section in sections):
         raise InputError(
-            f"{path} is a configuration of VINS: gyr_n and gyr_w are of one step at the rate of the IMU, which it does "
-            "not name. With the rate f in Hz, N = gyr_n/√(2 f) and K = gyr_w/√f: state them in words, "
-            "'N=… rad/s/√Hz, K=… rad/s/√s'"
+            f"{path} is a configuration of VINS: gyr_n and gyr_w apply to one step at the rate of the "
+            f"IMU, which is not in the file. With the rate f in Hz, N = gyr_n/√(2 f) and K = gyr_w/√f: "
+            f"state them as 'N=… rad/s/√Hz, K=… rad/s/√s'"
         )
     if len(_OF_ALLAN_VARIANCE_ROS & {*texts}) >= 2 and "update_rate" not in texts:
         raise InputError(
-            f"{path} is the configuration of allan_variance_ros, which says how to read a bag: it holds no noise. Give "
-            "the imu.yaml that it wrote"
+            f"{path} is the configuration of allan_variance_ros for reading a bag, without noise. Use the "
+            f"imu.yaml that it wrote"
         )
 
 
@@ -147,7 +147,7 @@ def _densities(
     for name in names:
         near = _misspelt(section, name)
         if near and near not in names:
-            raise InputError(f"{path}: {near!r} is no key of {program}: did you mean {name!r}?")
+            raise InputError(f"{path}: {near!r} is not a key of {program}: did you mean {name!r}?")
     models = {}
     for role, (noise, walk) in keys.items():
         there = [key for key in (noise, walk) if section.get(key) not in (None, "")]
@@ -155,12 +155,12 @@ def _densities(
             continue
         if len(there) == 1:
             missing = walk if there == [noise] else noise
-            raise InputError(f"{path}: {there[0]} stands without {missing}; write 0.0 where there is none")
+            raise InputError(f"{path}: {there[0]} needs {missing}; write 0.0 if there is none")
         n, k = (_number(path, key, section[key]) for key in (noise, walk))
-        origin = f"From {path.name} of {program}: white noise and the walk of the bias, whatever that holds."
+        origin = f"From {path.name} of {program}: white noise and the bias walk, as defined there."
         models[role] = _model(path, role, (White(N=n), RandomWalk(K=k)), origin)
     if not models:
-        raise InputError(f"{path} leaves all noise of {program} open: fill in {', '.join(names)}")
+        raise InputError(f"{path} has no noise for {program}: fill in {', '.join(names)}")
     rate = section.get(rate_key)
     return models, None if rate is None else _positive(path, rate_key, rate)
 
@@ -169,7 +169,7 @@ def _model(path: Path, role: str, terms: tuple[TermType, ...], origin: str) -> N
     """The terms that are not zero."""
     kept = tuple(t for t in terms if getattr(t, t.symbols[0]) > 0)
     if not kept:
-        raise InputError(f"{path}: the noise of the {role} is zero throughout: that is no model of a sensor")
+        raise InputError(f"{path}: the noise of the {role} is zero: that is not a model of a sensor")
     return NoiseModel(terms=kept, kind=_ROLES[role.partition("_")[0]], verdict=origin)
 
 
@@ -177,7 +177,7 @@ def _number(path: Path, key: str, given: Any) -> float:
     try:
         value = float(given)
     except (TypeError, ValueError):
-        raise FormatError(f"{path}: {key} is {given!r}, which is no number") from None
+        raise FormatError(f"{path}: {key} is {given!r}, which is not a number") from None
     if not (math.isfinite(value) and value >= 0):
         raise FormatError(f"{path}: {key} is {given!r}: it cannot be negative or infinite")
     return value
@@ -228,7 +228,7 @@ def models_of_matlab(variables: Json, path: Path) -> RoleModels | None:
     if not able:
         return None
     if len(able) > 1:
-        raise InputError(f"{path} holds several parts ({', '.join(able)}): leave the one you mean in a file")
+        raise InputError(f"{path} holds several parts ({', '.join(able)}): keep one of them in the file")
     part = next(iter(able.values()))
     rate = None if "SampleRate" not in part else _positive(path, "SampleRate", part["SampleRate"])
     models: dict[str, NoiseModel] = {}
@@ -244,7 +244,7 @@ def _of_sensor(
     for name in properties:
         near = get_close_matches(name, _NOISE, 1, _NEAR)
         if near and name not in _NOISE:
-            raise InputError(f"{path}: {name!r} is no property of {key}: did you mean {near[0]!r}?")
+            raise InputError(f"{path}: {name!r} is not a property of {key}: did you mean {near[0]!r}?")
     kind = str(properties.get("NoiseType", "double-sided"))
     if kind not in _TYPES:
         near = get_close_matches(kind, _TYPES, 1, 0.3)
@@ -278,7 +278,9 @@ def _axes(path: Path, name: str, given: Any) -> tuple[float, float, float]:
     """A number, or three of them."""
     values = given if isinstance(given, list) else [given] * 3
     if len(values) != 3:
-        raise FormatError(f"{path}: {name} has {len(values)} values: one, or three of the axes, are wanted")
+        raise FormatError(
+            f"{path}: {name} has {len(values)} values: one value, or one for each of three axes, is needed"
+        )
     x, y, z = (_number(path, name, v) for v in values)
     return x, y, z
 
@@ -301,7 +303,7 @@ def _filter(path: Path, key: str, given: Any, rate: float | None) -> tuple[float
             f"{path}: {name} has its pole at {phi:g}: a bias that decays has it between 0 and 1"
         )
     if rate is None:
-        raise InputError(f"{path}: {name} is a filter of samples, and there is no SampleRate beside {key}")
+        raise InputError(f"{path}: {name} is a filter of samples, and there is no SampleRate with {key}")
     sigma = top[0] / abs(below[0]) / math.sqrt(-math.expm1(2 * math.log(phi)))
     return sigma, -1 / (rate * math.log(phi))
 

@@ -98,9 +98,9 @@ def _refuse_names(recording: Recording, target: Path) -> None:
     suffix = target.suffix.lower()
     for name in recording.names if suffix != ".npy" else ():
         if not name.isprintable():
-            why = "holds signs that do not print (a line end, a NUL), and no reader gives them back"
+            why = "contains nonprinting characters (a line end, a NUL), which cannot be read back"
         elif suffix == ".npz" and name in _MEMBERS:
-            why = "is the name under which the archive holds something else"
+            why = "is reserved for other content of the archive"
         else:
             continue
         raise InputError(f"{target.name}: the name of channel {name!r} {why}; give the channel another name")

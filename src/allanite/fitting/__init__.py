@@ -95,7 +95,7 @@ def fit(
     _check_kind(measured)
     if isinstance(measured, Recording):
         if exclude is not None:
-            raise InputError("exclude= leaves out lags of a curve; it means nothing for a recording")
+            raise InputError("exclude= leaves out lags of a curve; it does not apply to a recording")
         if floor is not None:
             raise InputError(
                 "floor= goes with the curve of a recording: fit(allan_curve(recording)[name], floor=...)"
@@ -137,7 +137,7 @@ def _fit_curve(
         raise InputError(f"the fit of a curve takes no {', '.join(options)}")
     if method == "slopes":
         if floor is not None:
-            raise InputError("the reading by slopes knows no floor; the moment fit takes one")
+            raise InputError("the slope reading takes no floor; the moment fit does")
         from allanite.fitting.slopes import read_slopes
 
         return read_slopes(curve, exclude=exclude)

@@ -87,9 +87,9 @@ def floor_of(recording: Recording, floor: Recording) -> Recording:
     """
     if abs(floor.rate / recording.rate - 1.0) > SAME_RATE:
         raise InputError(
-            f"the floor was recorded at {floor.rate:.9g} Hz, the sensor at {recording.rate:.9g} Hz: the noise of an "
-            "instrument is that of its settings, and averages of another rate do not tell it; record the shorted input "
-            "with the settings of the sensor"
+            f"the floor was recorded at {floor.rate:.9g} Hz, the sensor at {recording.rate:.9g} Hz: the "
+            f"noise of an instrument depends on its settings and does not follow from another rate; "
+            f"record the shorted input with the settings of the sensor"
         )
     named = [c for c in recording.channels if c.kind.noise_bearing]
     pairs = [(c, _own(c, floor)) for c in named]
@@ -111,8 +111,8 @@ def _own(channel: Channel, floor: Recording) -> Channel:
         return candidates[0]
     names = ", ".join(c.name for c in candidates) or "none"
     raise InputError(
-        f"channel {channel.name!r} has no floor: the channels of the floor are {names}. Name them like those of the "
-        "sensor, or give a floor of one channel, which is that of all"
+        f"channel {channel.name!r} has no floor: the channels of the floor are {names}. Use the names of "
+        f"the sensor, or a floor with a single channel for all"
     )
 
 
@@ -144,8 +144,8 @@ def _scale(channel: Channel, shorted: Channel) -> float:
             )  # both as written: volts through the scale factor
     raise InputError(
         f"channel {channel.name!r} is written in {channel.unit or 'an unknown unit'!s} ({channel.kind.value}), its "
-        f"floor in {shorted.unit or 'an unknown unit'!s} ({shorted.kind.value}): the floor must have the unit of the "
-        "samples, or that of the sensor"
+        f"floor in {shorted.unit or 'an unknown unit'!s} ({shorted.kind.value}): the floor must have the "
+        f"unit of the samples, or that of the sensor"
     )
 
 
@@ -223,7 +223,7 @@ class OverFloor:
             "# format: allanite-over-floor 1",
             f"# confidence: {self.measured.confidence:g}",
             "# units: tau in s, deviations in SI (or the channel's own unit where it has none)",
-            "# sensor: empty where the instrument's noise hides it; upper is then a limit",
+            "# sensor: empty where the noise of the instrument hides it; upper is then a limit",
             ",".join(["m", "tau", *(heading_cell(f"{n}.{p}") for n in self.names for p in parts)]),
         ]
         for j, m in enumerate(self.measured.lags):
@@ -293,7 +293,8 @@ def _curve_of(floor: Recording, like: AllanCurve) -> AllanCurve:
     lags = like.lags[like.lags <= (floor.n_samples - int(floor.channels[0].kind.integrated)) // 3]
     if len(lags) == 0:
         raise DataQualityError(
-            f"the floor's {floor.n_samples} samples hold none of the lags of the curve: record the shorted input longer"
+            f"the floor's {floor.n_samples} samples cover none of the lags of the curve: record the "
+            f"shorted input longer"
         )
     return allan_curve(floor, taus=lags * floor.dt, confidence=like.confidence)
 

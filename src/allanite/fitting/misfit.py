@@ -169,8 +169,8 @@ def _with_discrepancy(lags: _Lags) -> LagChoice:
     best = lags.candidate(discrepancy=_WORST)
     if best.p < _NOT_EXPLAINED:
         raise FitError(
-            f"no sum of noise terms explains the curve to {_WORST:.0%} in variance: what is in the record is not the "
-            "noise of a sensor at rest; look at the findings, the spectrum and the time series"
+            f"no sum of noise terms explains the curve to {_WORST:.0%} in variance: the record is not the "
+            f"noise of a sensor at rest; check the findings, the spectrum and the time series"
         )
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2

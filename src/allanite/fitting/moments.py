@@ -111,8 +111,9 @@ def fit_moments(
     """
     if curve.statistic != "oadev":
         raise InputError(
-            f"the moment fit takes the oadev curve, not {curve.statistic}: the covariance between its lags is not "
-            "known here. Make the oadev curve from the log: allan_curve(recording), with disturbed samples marked as "
+            f"the moment fit takes the oadev curve, not {curve.statistic}: the covariance between its "
+            f"lags is unknown. Compute the oadev curve from the log: allan_curve(recording), with "
+            f"disturbed samples marked as "
             "missing"
         )
     if len(curve.channels) != 1:
@@ -157,12 +158,13 @@ def _floor(curve: AllanCurve, floor: AllanCurve) -> Floor:
     if abs(floor.dt / curve.dt - 1) > SAME_RATE or other.sampling != mine.sampling:
         raise InputError(
             f"the floor has an interval of {floor.dt:.6g} s ({other.sampling}), the curve of {curve.dt:.6g} s "
-            f"({mine.sampling}): the noise of an instrument is that of its settings; record both with the same"
+            f"({mine.sampling}): the noise of an instrument depends on its settings; record both with the "
+            f"same settings"
         )
     if other.kind is not mine.kind:
         raise InputError(
-            f"the floor is of {other.kind.value}, the curve of {mine.kind.value}: bring the floor through the scale "
-            "factor first (allanite.fitting.instrument_floor.floor_of)"
+            f"the floor is of {other.kind.value}, the curve of {mine.kind.value}: apply the scale factor "
+            f"to the floor first (allanite.fitting.instrument_floor.floor_of)"
         )
     used = lags_used(floor)
     if used.sum() < 3:
@@ -177,7 +179,7 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
     """The family the record supports, or both, the better one first; each is judged with its own weights."""
     data, best, other = chosen.data, chosen.flicker, chosen.markov
     if not math.isfinite(best.value):
-        raise FitError("no sum of noise terms explains the curve; look at the findings and at the curve")
+        raise FitError("no sum of noise terms explains the curve; check the findings and the curve")
 
     def fitted(
         symbols: tuple[str, ...], solution: CurveSolution, name: str, shortest: float = SHORTEST_TIME
@@ -185,8 +187,8 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
         fit = fit_family(Family(data, symbols, shortest), solution, confidence)
         if not math.isfinite(fit.selected.value):
             raise FitError(
-                "the curve is that of a ramp, and no noise is resolved beside it; take the trend out, or look at the "
-                "findings and at the curve"
+                "the curve is that of a ramp, and no other noise is resolved; remove the trend, or check "
+                "the findings and the curve"
             )
         return fit, name in fit.supported
 
@@ -235,16 +237,17 @@ def _verdict(models: list[NoiseModel], dt: float) -> str:
     facts = models[0].goodness
     if facts["left_out"]:
         text += (
-            f" Lags below {facts['shortest_tau']:.3g} s follow no sum of terms (the sensor's filter, vibration) "
-            "and are left out."
+            f" Lags below {facts['shortest_tau']:.3g} s fit no sum of terms (the sensor's filter, "
+            f"vibration) and are left out."
         )
     if facts["discrepancy"]:
         text += (
             f" No sum of terms explains the curve better than to {facts['discrepancy']:.1%} in variance; "
-            "the intervals hold that."
+            f"the intervals include that."
         )
     elif facts["p"] < 0.01:
-        text += f" The model does not explain the curve well (p = {facts['p']:.1g}): something else is in the record."
+        text += f" The model does not explain the curve well (p = {facts['p']:.1g})"
+        text += ": the record contains something else."
     return text + quick_words(models[0], dt) + stand_in_words(facts)
 
 

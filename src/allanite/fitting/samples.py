@@ -54,13 +54,14 @@ def unscreened(model: NoiseModel, curve: AllanCurve) -> NoiseModel:
     if kurtosis > 0.0 and _mostly_white(model, curve):
         present = curve.n_samples - int(np.diff(curve.missing[0], axis=1).sum())
         model = with_tails(model, Tails(law=TailLaw.HEAVY, samples=present, kurtosis=kurtosis), present)
-        text = (
-            f" The samples have heavy tails (excess kurtosis {kurtosis:.2g}), which the interval of N holds."
-        )
+        text = f" The samples have heavy tails (excess kurtosis {kurtosis:.2g}), which the interval of N includes."
         model = _with_fact(model, {"findings": ["heavy_tails"]}, text)
     if not any(e.symbol == "Q" and e.supported for m in model.families for e in m.estimates):
         return model
-    text = " A spectral line near half the sample rate bends a curve as quantization does; only the samples tell."
+    text = (
+        " A spectral line near half the sample rate bends a curve like quantization; only the samples "
+        "can distinguish them."
+    )
     return _with_fact(model, {"unseen": [_LINE]}, text)
 
 

@@ -93,7 +93,7 @@ def read_slopes(curve: AllanCurve, *, exclude: ArrayLike | None = None) -> Noise
         estimates=tuple(estimates),
         kind=curve.channels[0].kind.value,
         unit="" if curve.channels[0].kind.has_si else curve.channels[0].unit,
-        verdict="Read off the curve, without intervals; for comparison only.",
+        verdict="Slope readings, without intervals; for comparison only.",
     )
 
 

@@ -34,14 +34,12 @@ def supported_words(models: Sequence[NoiseModel]) -> str:
     """
     named = [e for e in models[0].estimates if e.symbol in _NAMES]
     supported = [_NAMES[e.symbol] for e in named if e.supported]
-    text = (
-        f"the record supports {listed(supported)}." if supported else "the record supports no term by itself."
-    )
+    text = f"the record supports {listed(supported)}." if supported else "the record resolves no single term."
     needed = [_NAMES[e.symbol] for e in named if e.needed]
     if needed:
-        text += f" It needs {listed(needed)} or a term like it, and cannot tell which."
+        text += f" It needs {listed(needed)} or a similar term, but cannot decide which."
     if len(models) == 2:
-        text += " It cannot tell flicker from a single Gauss-Markov term: both are shown."
+        text += " It cannot distinguish flicker from a single Gauss-Markov term: both are shown."
     return text
 
 
@@ -64,7 +62,7 @@ def stand_in_words(facts: Mapping[str, float], seen_in: str = "the record") -> s
         )
     if "drift_span" in facts:
         span = duration(facts["drift_span"])
-        text += f" R is the drift over these {span}: a swing with a longer period looks the same."
+        text += f" R is the drift over these {span}: an oscillation with a longer period looks the same."
     law = power_law_words(facts)
     if not law:
         return text
@@ -92,7 +90,7 @@ def quick_words(model: NoiseModel, dt: float) -> str:
         return ""
     alone, together = model.estimate("N"), white.estimate("N")
     assert together is not None and together.value is not None  # the term makes it so  # noqa: S101
-    words = " Averaging times well above the Gauss-Markov term of a few samples see it as white noise"
+    words = " At averaging times well above the Gauss-Markov term of a few samples, it looks like white noise"
     if alone is None or not alone.supported or not alone.value:
         return f"{words}."
     return f"{words}: N is {together.value / alone.value:.3g} times larger there."

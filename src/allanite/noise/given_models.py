@@ -70,7 +70,7 @@ def _instead(model: NoiseModel | Mapping[str, NoiseModel], kinds: Sequence[Kind]
     """What was given to channels that have no model."""
     if isinstance(model, NoiseModel):
         others = " or ".join(dict.fromkeys(kind.value for kind in kinds))
-        return f": the one that was given is of {model.kind}, not of {others}"
+        return f": the given one is of {model.kind}, not of {others}"
     return f"; there are: {', '.join(model) or 'none'}. Name models like the channels, or 'gyro' and 'accelerometer'"
 
 
@@ -80,7 +80,7 @@ def _of_its_kind(
     names = [name for name, kind in kinds.items() if _fits(model, kind)]
     if len({role_of.get(name, "") for name in names}) > 1:
         raise InputError(
-            "one noise model cannot be that of accelerometers and gyros: give one by channel, for "
+            "one noise model cannot apply to accelerometers and gyros: pass one by channel, for "
             f"{', '.join(names)}, or by role, for 'gyro' and 'accelerometer'"
         )
     return dict.fromkeys(names, model)
@@ -90,8 +90,8 @@ def _refuse_other_kinds(models: Mapping[str, NoiseModel], kinds: Mapping[str, Ki
     for name, model in models.items():
         if not _fits(model, kinds[name]):
             raise InputError(
-                f"the noise model of {name!r} is of {model.kind}, not of {kinds[name].value}: give it in the unit of "
-                "the channel, or the scale factor of the data sheet with the record"
+                f"the noise model of {name!r} is of {model.kind}, not of {kinds[name].value}: state it in "
+                f"the unit of the channel, or pass the scale factor of the data sheet with the record"
             )
 
 

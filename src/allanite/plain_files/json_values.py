@@ -70,7 +70,7 @@ def _finite(digits: str) -> float:
 
 def _constant(word: str) -> float:
     if word != "NaN":
-        raise ValueError(f"{word} is not a number that JSON can hold")
+        raise ValueError(f"{word} is not a valid JSON number")
     return math.nan
 
 
@@ -104,8 +104,8 @@ def load_plain(path: str | os.PathLike[str], wanted: str) -> Any:
     except FileNotFoundError:
         raise InputError(f"no such file: {path}") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise FormatError(f"{path} is not JSON ({error}): give {wanted}") from None
+        raise FormatError(f"{path} is not JSON ({error}): expected {wanted}") from None
     try:
         return parse_plain(text)
     except ValueError as error:
-        raise FormatError(f"{path} is not JSON ({error}): give {wanted}") from None
+        raise FormatError(f"{path} is not JSON ({error}): expected {wanted}") from None

@@ -109,10 +109,10 @@ def _refuse(path: Path, mode: int) -> None:
         return
     kind = next((name for matches, name in _KINDS if matches(mode)), "something else")
     if kind == "a folder":
-        raise InputError(f"{path} is a folder; give a file")
+        raise InputError(f"{path} is a folder; expected a file")
     raise InputError(
-        f"{path} is {kind}, not a regular file: it is not opened. Save what comes out of it to a file, or pipe it in "
-        "and give - for its name"
+        f"{path} is {kind}, not a regular file: it is not opened. Save its output to a file, or pipe it "
+        f"in and pass - as the name"
     )
 
 

@@ -83,7 +83,7 @@ def _text(place: Path, what: str) -> str:
     try:
         text = read_regular_text(place, DOCUMENT_BYTES)
     except LimitError as error:
-        raise FormatError(f"{error}: that is no {what}") from None
+        raise FormatError(f"{error}: that is not a {what}") from None
     first, end, rest = text.partition("\n")
     if first.strip().startswith("%YAML:"):
         text = end + rest  # the lines keep their numbers
@@ -107,8 +107,8 @@ def _refuse_excess(text: str, place: Path) -> None:
         tag, anchor = getattr(event, "tag", None) or "", getattr(event, "anchor", None)
         if _LANGUAGE_TAG.match(tag):
             raise FormatError(
-                f"{place}, line {line}: the tag {tag.removeprefix(_STANDARD)} is one of a programming language, and "
-                "such tags are not read; write plain texts, numbers and lists"
+                f"{place}, line {line}: the tag {tag.removeprefix(_STANDARD)} belongs to a programming "
+                f"language and is not read; write plain text, numbers and lists"
             )
         if kind in ("SequenceStartEvent", "MappingStartEvent"):
             within.append((anchor, entries))
@@ -121,16 +121,16 @@ def _refuse_excess(text: str, place: Path) -> None:
             sizes |= {anchor: 1} if anchor else {}
         elif kind == "AliasEvent":
             if anchor not in sizes:
-                raise ValueError(f"line {line}: the alias *{anchor} names nothing that is complete above it")
+                raise ValueError(f"line {line}: the alias *{anchor} refers to nothing complete above it")
             entries += sizes[anchor]
         if len(within) > DEPTH:
             raise LimitError(
-                f"{place}, line {line}: lists and mappings more than {DEPTH} deep. Write fewer in one another"
+                f"{place}, line {line}: lists and mappings more than {DEPTH} deep. Reduce the nesting"
             )
         if entries > ENTRIES:
             raise LimitError(
-                f"{place}, line {line}: more than {ENTRIES} entries, those behind aliases counted each time. Divide "
-                "the file, or write no aliases"
+                f"{place}, line {line}: more than {ENTRIES} entries, counting aliases each time. Split "
+                f"the file, or remove the aliases"
             )
 
 

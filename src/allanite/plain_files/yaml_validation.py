@@ -99,7 +99,7 @@ def _said(error: Any) -> str:
     if error["type"] == "missing":
         return "is missing"
     if error["type"] == "extra_forbidden":
-        return "is no entry that is known here; see the how-to for those that are"
+        return "is not a known entry; see the how-to for the known ones"
     message = str(error["msg"]).removeprefix("Value error, ")
     message = message.replace("Input should", "should")
     return message if error["type"] == "value_error" else f"{message}, not {str(error['input'])[:60]!r}"

@@ -139,7 +139,7 @@ def axes_matrix(axes: str) -> Array:
     out = np.zeros((3, 3))
     if len(axes) != 3 or any(letter not in _LETTERS for letter in axes.upper()):
         raise InputError(
-            f"axes {axes!r}: name where x, y and z point by three of the letters F B R L D U, like FLU"
+            f"axes {axes!r}: state the directions of x, y and z by three of the letters F B R L D U, like FLU"
         )
     for column, letter in enumerate(axes.upper()):
         row, sign = _LETTERS[letter]
@@ -213,7 +213,7 @@ def _frame(first: ArrayLike, second: ArrayLike) -> Array:
     across = np.cross(a, b)
     sizes = float(np.linalg.norm(a)), float(np.linalg.norm(across))
     if not sizes[0] > 0 or not sizes[1] > 1e-12 * sizes[0] * float(np.linalg.norm(b)):
-        raise InputError("two directions that are parallel, or of no length, leave the attitude open")
+        raise InputError("two parallel directions, or a zero vector, do not determine the attitude")
     x, y = a / sizes[0], across / sizes[1]
     return np.column_stack([x, y, np.cross(x, y)])
 
@@ -249,7 +249,7 @@ def quest(measured: ArrayLike, known: ArrayLike, weights: ArrayLike) -> Array:
     davenport[1:, 1:] = profile + profile.T - np.trace(profile) * np.eye(3)
     values, vectors = np.linalg.eigh(davenport)
     if values[3] - values[2] < 1e-12 * abs(values[3]):
-        raise InputError("directions that are all parallel leave the attitude open")
+        raise InputError("parallel directions do not determine the attitude")
     w, x, y, z = vectors[:, 3]
     v = np.array([x, y, z])
     return np.asarray((w**2 - v @ v) * np.eye(3) + 2 * np.outer(v, v) + 2 * w * skew(v))

@@ -60,7 +60,7 @@ def display_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
     if symbol in ("frequency", "f0"):
         return "Hz", 1.0
     if symbol not in _DISPLAY_UNITS:
-        raise InputError(f"no noise coefficient is called {symbol!r}")
+        raise InputError(f"no noise coefficient named {symbol!r}")
     if kind in ("phase", "frequency"):
         return ("s" if kind == "phase" and symbol in ("mean", "sd") else _CLOCK_UNITS.get(symbol, "1")), 1.0
     if kind in _DISPLAY_COLUMN:

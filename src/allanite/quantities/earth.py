@@ -82,13 +82,13 @@ def checked_latitude(latitude: float, *, vertical: bool = False) -> float:
     low, high = (EQUATOR, math.pi / 2 * (1 + 1e-12)) if vertical else (-1.0, POLE)
     if not low < size < high:
         why = (
-            "a vertical axis sees the Earth by the sine of the latitude, nothing at the equator: turn a level axis "
-            "there"
+            "a vertical axis senses the Earth's rotation times the sine of the latitude, zero at the "
+            "equator: turn a level axis there"
             if vertical
-            else "a horizontal axis sees the Earth by the cosine of the latitude, nothing at a pole"
+            else "a horizontal axis senses the Earth's rotation times the cosine of the latitude, zero at a pole"
         )
         raise InputError(
-            f"undefined at latitude {math.degrees(latitude):g} deg: {why}; from Python the latitude is in radians"
+            f"undefined at latitude {math.degrees(latitude):g} deg: {why}; in Python the latitude is in radians"
         )
     return float(latitude)
 
@@ -119,11 +119,9 @@ def normal_gravity(latitude: float, height: float = 0.0) -> float:
         Beyond a pole, or a height outside -11 to 20 km.
     """
     if not (math.isfinite(latitude) and abs(latitude) <= math.pi / 2):
-        raise InputError(
-            f"latitude {latitude!r}: it must lie from -pi/2 to pi/2; from Python it is in radians"
-        )
+        raise InputError(f"latitude {latitude!r}: it must be from -pi/2 to pi/2; in Python it is in radians")
     if not HEIGHTS[0] <= height <= HEIGHTS[1]:
-        raise InputError(f"height {height!r}: gravity is known from -11000 to 20000 m above the ellipsoid")
+        raise InputError(f"height {height!r}: gravity is defined from -11000 to 20000 m above the ellipsoid")
     s2 = math.sin(latitude) ** 2
     surface = GRAVITY_EQUATOR * (1 + GRAVITY_K * s2) / math.sqrt(1 - ECCENTRICITY2 * s2)
     part = height / SEMI_MAJOR

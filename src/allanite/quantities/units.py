@@ -340,7 +340,7 @@ class _Parser:
                 raise _NotAUnit("a bracket is not closed")
             return value
         if kind == "number":
-            raise _NotAUnit(f"a unit carries no number, but {token} stands in it")
+            raise _NotAUnit(f"a unit contains no number, but {token} is in it")
         raise _NotAUnit(f"a unit name is missing {'before ' + repr(token) if token else 'at the end'}")
 
     def named(self, name: str) -> _Value:
@@ -441,14 +441,14 @@ def parse_unit(text: str, expected: QuantityKind | Collection[QuantityKind] | No
     if not isinstance(text, str):
         raise InputError(f"a unit is a text such as 'deg/s', not {text!r}")
     if not text.strip():
-        raise InputError("no unit given; it is never assumed: give e.g. 'deg/s', 'g', 'V', or 'unknown'")
+        raise InputError("no unit given; it is never assumed: write e.g. 'deg/s', 'g', 'V', or 'unknown'")
     wanted = _wanted(expected)
     factor, dimension = _evaluate(text.strip(), acceleration=QuantityKind.ACCELERATION in wanted)
     quantity = _CLASSES.get(dimension)
     if quantity is None and _scale_parts(factor, dimension) is not None:
         quantity = QuantityKind.SCALE_FACTOR
     if quantity is None:
-        raise InputError(f"unit {text!r} measures nothing that a sensor log or a noise model holds")
+        raise InputError(f"unit {text!r} does not fit a sensor log or a noise model")
     if wanted and quantity not in wanted:
         raise InputError(_wrong_class(text.strip(), quantity, wanted))
     offset = _OFFSETS.get(_normalise(text.strip()).strip("() "), 0.0)
@@ -471,7 +471,7 @@ _MEANT = {
     (
         QuantityKind.GYRO_PSD,
         QuantityKind.GYRO_N,
-    ): "its root, e.g. deg/h/√Hz; say whether it is one- or two-sided",
+    ): "its root, e.g. deg/h/√Hz; state whether it is one- or two-sided",
     (QuantityKind.ANGLE, QuantityKind.ANGLE_RATE): "deg/s or deg/h",
     (QuantityKind.ANGLE_RATE, QuantityKind.GYRO_G): "deg/h/g or deg/s/g, a rate for each g",
     (QuantityKind.ACCELERATION, QuantityKind.ACCEL_N): "µg/√Hz or m/s/√h",
@@ -483,7 +483,7 @@ _MEANT = {
     (
         QuantityKind.ACCEL_PSD,
         QuantityKind.ACCEL_N,
-    ): "its root, e.g. µg/√Hz; say whether it is one- or two-sided",
+    ): "its root, e.g. µg/√Hz; state whether it is one- or two-sided",
     (QuantityKind.VOLTAGE, QuantityKind.VOLTAGE_N): "V/√Hz",
     (QuantityKind.VOLTAGE_PSD, QuantityKind.VOLTAGE_N): "V/√Hz, its root",
     (QuantityKind.TEMPERATURE, QuantityKind.ANGLE): "deg (C alone is degree Celsius)",

@@ -191,10 +191,7 @@ def _shown_curve(
 def _reasons(curve: AllanCurve, reasons: Sequence[str]) -> list[str]:
     """Why lags are not in the fit: the spectrum's reasons, and the environment's for the others."""
     out = curve.excluded[:, 0].tolist()
-    return [
-        r or ("what was removed from the record holds it" if o else "")
-        for r, o in zip(reasons, out, strict=True)
-    ]
+    return [r or ("the removed signal includes it" if o else "") for r, o in zip(reasons, out, strict=True)]
 
 
 def _instrument(below: AllanCurve, sensor: NoiseModel, request: Request) -> NoiseModel:
@@ -243,9 +240,9 @@ def _misfit_findings(model: NoiseModel, name: str) -> list[Finding]:
     left_out, discrepancy = int(model.goodness["left_out"]), float(model.goodness["discrepancy"])
     if left_out:
         shortest = f"{model.goodness['shortest_tau']:.3g} s"
-        what = f"the shortest {left_out} lags, below {shortest}, follow no sum of noise terms and are"
+        what = f"the shortest {left_out} lags, below {shortest}, fit no sum of noise terms and are"
         if model.goodness.get("method") == "likelihood":
-            what = f"what happens within {shortest} follows no sum of noise terms and is"
+            what = f"the noise within {shortest} fits no sum of noise terms and is"
         findings.append(
             finding(
                 "short_lags_left_out",

@@ -94,7 +94,7 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
     if other is not None:
         return other
     raise FormatError(
-        f"{path} holds no noise model: expected a study, a model {{'terms': [{{'type': 'white', 'N': 1e-4}}]}}, "
+        f"{path} contains no noise model: expected a study, a model {{'terms': [{{'type': 'white', 'N': 1e-4}}]}}, "
         "an object of models by channel name, or the parameters of MATLAB's imuSensor"
     )
 
@@ -181,7 +181,7 @@ def model_of(text: str) -> NoiseModel:
         values[symbol] = value
         kinds |= {kind} - {""}
     if len(kinds) != 1:
-        raise InputError(f"{text!r}: the terms must be of one sensor, a gyro or an accelerometer")
+        raise InputError(f"{text!r}: all terms must belong to one sensor, a gyro or an accelerometer")
     time, bias = values.pop("T", None), values.get("B")
     if time is not None and bias is None:
         raise InputError(f"{text!r}: T is the correlation time of a Gauss-Markov term, which needs a B")
@@ -199,7 +199,7 @@ def _coefficient(text: str) -> tuple[str, float, str]:
     """Symbol, SI value and kind of sensor of one coefficient in words; no kind for a time."""
     match = _WORDS.fullmatch(text)
     if match is None:
-        raise InputError(f"{text.strip()!r} is no noise term: write for example 'N=0.3 deg/√h, B=5 deg/h'")
+        raise InputError(f"{text.strip()!r} is not a noise term: write for example 'N=0.3 deg/√h, B=5 deg/h'")
     symbol, number, unit = match.groups()
     parsed = parse_unit(unit, _CLASSES[symbol])
     kind = "" if symbol == "T" else ("rate", "acceleration")[_CLASSES[symbol].index(parsed.quantity)]

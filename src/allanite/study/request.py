@@ -48,8 +48,8 @@ class Request:
         ]
         if self.method == "likelihood" and unknown:
             raise InputError(
-                f"the fit of the samples (likelihood) knows nothing of {' or '.join(unknown)}: leave that out, or fit "
-                "the curve (moments)"
+                f"the fit of the samples (likelihood) does not support {' or '.join(unknown)}: leave that "
+                f"out, or fit the curve (moments)"
             )
 
     @property

@@ -157,7 +157,7 @@ class Study(Result):
         """
         document = load_plain(path, "a study, study.json of 'allanite characterize LOG'")
         if not isinstance(document, dict):
-            raise FormatError(f"{path} is not a study: it holds a {type(document).__name__}")
+            raise FormatError(f"{path} is not a study: it contains a {type(document).__name__}")
         return cls.from_json(document)
 
 

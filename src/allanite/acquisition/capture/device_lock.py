@@ -141,7 +141,7 @@ def _regular(descriptor: int) -> int:
     if stat.S_ISREG(os.fstat(descriptor).st_mode):
         return descriptor
     os.close(descriptor)
-    raise OSError(errno.EINVAL, "this is no regular file")
+    raise OSError(errno.EINVAL, "this is not a regular file")
 
 
 def _is_still(path: Path, descriptor: int) -> bool:

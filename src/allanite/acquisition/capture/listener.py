@@ -161,7 +161,7 @@ class Listener(threading.Thread):
                 Gap(
                     counter=first,
                     samples=int(taken.counter[-1]) + 1 - first,
-                    reason="the host was too slow: no room for these samples",
+                    reason="the host was too slow: the buffer was full",
                     dropped=len(taken) + sum(gap.dropped for gap in taken.gaps),
                 )
             ]

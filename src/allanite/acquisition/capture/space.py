@@ -52,7 +52,7 @@ class Space:
             return f"no end is planned, and {free} are free, enough for {self.seconds / 3600:.3g} h: {advice}"
         if self.free < self.needed:
             return f"the run needs {_size(self.needed)}, and {free} are free: it will end early; {advice}"
-        return f"the run needs {_size(self.needed)}, and no more than {free} are free: {advice}"
+        return f"the run needs {_size(self.needed)}, and only {free} are free: {advice}"
 
 
 def _size(count: float) -> str:

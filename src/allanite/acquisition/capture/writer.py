@@ -300,7 +300,7 @@ class Writer:
         """How many there were that were not written down."""
         more = self._remarks_since - _REMARKS
         if more > 0:
-            self.store.note("remark", text=f"and {more} more remarks that are not written down", more=more)
+            self.store.note("remark", text=f"and {more} more remarks were not recorded", more=more)
         self._remarks_since = 0
 
     def _change(self, header: Header) -> None:

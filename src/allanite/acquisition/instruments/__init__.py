@@ -87,8 +87,8 @@ class Block:
         n = len(self.values)
         if self.values.ndim != 2 or self.flags.shape != (n,):
             raise InputError(
-                f"block: values {self.values.shape} and flags {self.flags.shape} do not belong together; "
-                "give (n_samples, n_channels) and (n_samples,)"
+                f"block: values {self.values.shape} and flags {self.flags.shape} do not match; they must "
+                f"be (n_samples, n_channels) and (n_samples,)"
             )
         if self.counter is not None and self.counter.shape != (n,):
             raise InputError(f"block: {n} samples but {len(self.counter)} counters")

@@ -21,7 +21,7 @@ __all__ = ["network_device", "refusal_of_path", "refusal_of_port"]
 
 _OPTION: Final = r"(?:ign_set_control|poll_modem|timeout=\d+(?:\.\d+)?)"
 _PLACE: Final = r"(?P<host>\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+):(?P<port>\d{1,5})/?"
-#: The URLs that are taken. The option `logging`, which all of them have, would change the whole process.
+#: The URLs that are accepted. The option `logging`, which all of them have, would change the whole process.
 _URLS: Final = tuple(
     re.compile(url, re.ASCII)
     for url in (
@@ -54,14 +54,14 @@ def refusal_of_port(name: str) -> str:
     "port 'spy:///dev/ttyUSB0?file"
     """
     if not name.isprintable() or name != name.strip() or not name:
-        return f"port {name!r}: blanks at an end and control characters belong to no port; correct the name"
+        return f"port {name!r}: remove leading and trailing blanks and control characters"
     if "://" not in name:
         return refusal_of_path(name)
     if any(pattern.fullmatch(name) for pattern in _URLS):
         return ""
     return (
-        f"port {name!r}: besides ports, only socket://HOST:PORT, rfc2217://HOST:PORT (options: timeout=SECONDS, "
-        "ign_set_control, poll_modem) and loop:// are taken"
+        f"port {name!r}: other than ports, only socket://HOST:PORT, rfc2217://HOST:PORT (options: timeout=SECONDS, "
+        "ign_set_control, poll_modem) and loop:// are accepted"
     )
 
 

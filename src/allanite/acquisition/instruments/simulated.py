@@ -89,7 +89,7 @@ class SimulatedInstrument:
         gather: float = 0.1,
     ) -> None:
         if isinstance(speed, bool) or not isinstance(speed, (int, float)) or not speed > 0:
-            raise InputError(f"speed must be a positive number, of times faster than time, not {speed!r}")
+            raise InputError(f"speed must be a positive multiple of real time, not {speed!r}")
         # one sample: all that is asked for is checked there, and named
         one = simulate(model, rate=rate, duration=1 / rate, seed=seed, sampling=sampling, unit=unit)
         self._channels, self._rate = one.channels, one.rate
@@ -137,7 +137,7 @@ class SimulatedInstrument:
         models, studied = load_models(path)
         chosen = studied if rate is None else rate
         if chosen is None:
-            raise InputError(f"{path} does not say a rate: give one [Hz]")
+            raise InputError(f"{path} does not state a rate: give one [Hz]")
         return cls(models, rate=chosen, speed=speed, seed=seed, unit=unit)
 
     @property

@@ -42,7 +42,7 @@ def _internal(error: Exception) -> str:
     report = _written(error)
     if report is None:
         return f"{what}; please report it with the command that you gave and: {printable(str(error))[:300]}"
-    return f"{what}; please report it with {report}, which holds the command and the traceback"
+    return f"{what}; please report it with {report}, which contains the command and the traceback"
 
 
 def _place(error: Exception) -> str:

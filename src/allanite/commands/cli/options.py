@@ -103,7 +103,7 @@ class Duration(click.ParamType[Any]):
         try:
             return float(number) * _SECONDS[unit]
         except (KeyError, ValueError):
-            self.fail(f"{value!r} is no time span: write 3600, 90s, 30min, 12h or 7d", param, ctx)
+            self.fail(f"{value!r} is not a time span: write 3600, 90s, 30min, 12h or 7d", param, ctx)
 
 
 class ByChannel(Listed):
@@ -300,7 +300,7 @@ class Goals(Listed):
         of_bias = Rate() if sensor == "gyro" else Acceleration()
         kinds = {"scale": Share(), "misalignment": Angle(), "bias": of_bias}
         if kind not in kinds:
-            self.fail(f"{kind!r} is none of bias, scale and misalignment", param, ctx)
+            self.fail(f"{kind!r} is not one of bias, scale and misalignment", param, ctx)
         return float(kinds[kind](text, param, ctx))
 
 
@@ -342,7 +342,7 @@ class Initial(Listed):
             **{f"{s}.misalignment": QuantityKind.ANGLE for s in ("gyro", "accelerometer")},
         }
         if name not in quantities:
-            self.fail(f"{name!r} is no initial error; there are: {', '.join(quantities)}", param, ctx)
+            self.fail(f"{name!r} is not an initial error; there are: {', '.join(quantities)}", param, ctx)
         return quantities[name]
 
 
@@ -361,11 +361,11 @@ class Angle(click.ParamType[Any]):
         try:
             size = in_si(text, QuantityKind.ANGLE, "deg")
         except ValueError:
-            self.fail(f"{value!r} is no angle: write -23.31, 23.31S, 0.1deg or 2mrad", param, ctx)
+            self.fail(f"{value!r} is not an angle: write -23.31, 23.31S, 0.1deg or 2mrad", param, ctx)
         if side in ("S", "W"):
             return -abs(size)  # the sign and the letter say the same
         if side and size < 0:
-            self.fail(f"{value!r} has both a minus sign and {side}: which is it?", param, ctx)
+            self.fail(f"{value!r} has both a minus sign and {side}: use one of them", param, ctx)
         return size
 
 
@@ -380,7 +380,7 @@ class Latitude(Angle):
         if text.endswith(("E", "W")):
             self.fail(f"{value!r} is a longitude: a latitude is north or south, like 23.31S", param, ctx)
         if not abs(latitude) <= 0.5 * math.pi * (1 + 1e-12):
-            self.fail(f"{value!r} lies beyond a pole: latitudes go from -90 to 90 degrees", param, ctx)
+            self.fail(f"{value!r} is beyond a pole: latitudes go from -90 to 90 degrees", param, ctx)
         self._note(text, latitude)
         return latitude
 
@@ -449,7 +449,7 @@ class Share(click.ParamType[Any]):
         try:
             return float(number) * {"": 1.0, "%": 1e-2, "ppm": 1e-6}[unit]
         except ValueError:
-            self.fail(f"{value!r} is no share: write 3%, 500ppm or 0.03", param, ctx)
+            self.fail(f"{value!r} is not a fraction: write 3%, 500ppm or 0.03", param, ctx)
 
 
 class Frequencies(Listed):
@@ -475,7 +475,7 @@ class FindingCode(click.ParamType[Any]):
         from allanite.recording.health import CATALOGUE
 
         if value not in CATALOGUE:
-            self.fail(f"no finding is called {value!r}; there are: {', '.join(CATALOGUE)}", param, ctx)
+            self.fail(f"no finding named {value!r}; there are: {', '.join(CATALOGUE)}", param, ctx)
         return str(value)
 
 

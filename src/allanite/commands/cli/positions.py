@@ -42,7 +42,7 @@ def files_of(logs: Sequence[str]) -> list[str]:
     """
     for name in logs:
         if logs.count(name) > 1:
-            raise click.UsageError(f"{name} is there twice: each position is a file of its own")
+            raise click.UsageError(f"{name} is given twice: each position needs its own file")
     return list(logs)
 
 

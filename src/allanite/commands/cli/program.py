@@ -26,28 +26,28 @@ __all__ = ["EXIT_CODES", "LOSS", "UNFIT", "cli", "command", "example_of", "famil
 
 LOSS = 3
 UNFIT = FAILED
-"""Of `info`, for a log that `characterize` would refuse: the two agree, so that a script may ask first."""
+"""Of `info`, for a log that `characterize` would refuse: the two agree, so a script can check first."""
 
 #: Code -> what it means of every command, and what of some.
 EXIT_CODES: dict[int, tuple[str, str]] = {
-    0: ("done", "a reader of stdout that leaves early (`allanite … | head -1`) is no error"),
+    0: ("done", "a reader of stdout that closes early (`allanite … | head -1`) is not an error"),
     FAILED: (
-        "failed or refused, and said why",
+        "failed or refused, with the reason",
         "a log with a fatal finding that was not accepted is refused; `info` shows it, and ends with 1 as well",
     ),
     2: (
         "wrong usage",
-        "an unknown command or option, or a value that an option does not take; nothing was done",
+        "an unknown command or option, or an invalid value; nothing was done",
     ),
     LOSS: (
         "done, but not with all of the data",
-        "samples are missing, out of range, doubtful, lost or taken out by a repair; rows were left out",
+        "samples are missing, out of range, doubtful, lost or removed by a repair; rows were left out",
     ),
     INTERNAL: (
         "a defect in allanite",
         "the message names a report to send, with the command and the traceback",
     ),
-    130: ("interrupted (Ctrl-C)", "no file is left half written; `record` closes its run"),
+    130: ("interrupted (Ctrl-C)", "no file is left incomplete; `record` closes its run"),
 }
 #: What a command is also called.
 _SPELLINGS = {"characterise": "characterize"}
@@ -70,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         error.show()
         code = error.exit_code
     except (click.Abort, KeyboardInterrupt):
-        click.echo("allanite: interrupted; no file was left half written", err=True)
+        click.echo("allanite: interrupted; no file was left incomplete", err=True)
         code = 130
     except Exception as error:  # noqa: BLE001 - the last net: no user meets a traceback
         code, words = failure(error)

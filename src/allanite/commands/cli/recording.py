@@ -36,7 +36,7 @@ def record() -> None:
 def _positive(context: click.Context, option: click.Parameter, value: float | None) -> float | None:
     if value is not None and not 0 < value < float("inf"):
         raise click.BadParameter(
-            "a run lasts longer than nothing, and not for ever; leave it out to end by Ctrl-C"
+            "the duration must be positive and finite; leave it out to record until Ctrl-C"
         )
     return value
 
@@ -45,7 +45,7 @@ def _day(context: click.Context, option: click.Parameter, value: str | None) -> 
     try:
         return None if value is None else date.fromisoformat(value).isoformat()
     except ValueError:
-        raise click.BadParameter(f"{value!r} is no date: write 2026-09-01") from None
+        raise click.BadParameter(f"{value!r} is not a date: write 2026-09-01") from None
 
 
 def _run_options(function: Callable[..., Any]) -> Callable[..., Any]:

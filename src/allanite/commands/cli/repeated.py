@@ -59,7 +59,7 @@ class _Adding(click.Option):
 
     def _twice(self, given: Iterable[Any], ctx: click.Context) -> click.BadParameter:
         values = " and ".join(dict.fromkeys(str(value) for value in given))
-        return click.BadParameter(f"given as {values}: which one? Give it once.", ctx=ctx, param=self)
+        return click.BadParameter(f"given as {values}: give it once.", ctx=ctx, param=self)
 
 
 def _adding(option: click.Parameter) -> click.Parameter:

@@ -12,10 +12,8 @@ __all__ = ["serve"]
 
 @command("allanite serve recordings/")
 @click.argument("folder", default=".", metavar="[FOLDER|LOG]", type=click.Path(exists=True))
-@click.option(
-    "--port", type=click.IntRange(0, 65535), default=0, help="TCP port.  [default: one that is free]"
-)
-@click.option("--host", help="Address to listen on; requires --token.  [default: this machine alone]")
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="TCP port. [default: a free one]")
+@click.option("--host", help="Address to listen on; requires --token.  [default: this machine only]")
 @click.option(
     "--token", envvar="ALLANITE_TOKEN", show_envvar=True, help="Access token.  [default: a new one]"
 )

@@ -378,7 +378,7 @@ class Application:
         if job.document is not None:
             return await run_in_threadpool(self._file_json, job.document)
         if not job.output:
-            raise Refused(404, "this job leaves files, and no document")
+            raise Refused(404, "this job writes files, but no document")
         return plain(await run_in_threadpool(json.loads, job.output))
 
     @_answering
@@ -441,7 +441,7 @@ class Application:
         try:
             return plain(json.loads(content))
         except (ValueError, RecursionError):
-            raise Refused(400, f"{path.name} is damaged: it is no JSON") from None
+            raise Refused(400, f"{path.name} is damaged: it is not JSON") from None
 
     @_answering
     async def figure(self, request: Request) -> Response:
@@ -484,7 +484,7 @@ class Application:
         files = self.catalogue.files_of(document)
         path = next((p for p in files if p.name == "report.html"), None)
         if path is None:
-            raise Refused(404, "no report lies beside this result: start a job of kind report")
+            raise Refused(404, "this result has no report: start a job of kind report")
         return download(path, f"{document.path.parent.name}-report.html")
 
     @_answering

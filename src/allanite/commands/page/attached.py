@@ -91,7 +91,7 @@ class Attached:
             for instrument in known():
                 if (instrument.kind, instrument.id) == (kind, given):
                     return instrument
-        raise Refused(404, f"{KINDS[kind]} must be the id of an attached instrument: look at the list again")
+        raise Refused(404, f"{KINDS[kind]} must be the id of an attached instrument: reload the list")
 
     def _known(self) -> tuple[Named, ...]:
         taken = {(n.kind, n.name) for n in self._named}

@@ -160,7 +160,7 @@ class Captures:
         own_folder(self._settings, RUNS)
         with self._lock:
             if sum(c.alive for c in self._captures.values()) >= self._settings.limits.captures:
-                raise Refused(429, "so many recorders run already: stop one")
+                raise Refused(429, "recorders are already running: stop one")
             capture = self._begun(name, ["record", name, *words, f"--out={RUNS}"], given.get("format"))
             self._captures[capture.id] = capture
         return self.to_json(capture)
@@ -274,7 +274,7 @@ class Captures:
             return []
         port = self._instrument("port", given["port"])
         if port.format and given.get("format"):
-            raise Refused(400, f"{port.title} has a description of its own: leave format out")
+            raise Refused(400, f"{port.title} has its own description: leave out format")
         return [f"--format={port.format}"] if port.format else []
 
     def _copied(self, description: Path, folder: Path) -> Path:

@@ -152,7 +152,7 @@ class Catalogue:
     def _checked(self, known: Mapping[str, Any], given: object, what: str) -> Any:
         listed = known.get(given) if isinstance(given, str) and _ID.fullmatch(given) else None
         if listed is None or not is_inside(listed.path, self._settings) or not listed.path.exists():
-            raise Refused(404, f"no {what} with this id: look at the catalogue again")
+            raise Refused(404, f"no {what} with this id: reload the list")
         return listed
 
     def id_of(self, path: Path) -> str:
@@ -179,7 +179,7 @@ class Catalogue:
         with self._lock:
             recorded = self._recordings.get(self.id_of(path))
             if recorded is None:
-                raise Refused(400, "nothing in this file looks like a recording that allanite reads")
+                raise Refused(400, "this file does not look like a recording that allanite reads")
             return self._recording_json(recorded, [])
 
     def link(self, document: Path, recording: str | None) -> None:

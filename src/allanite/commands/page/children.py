@@ -138,9 +138,7 @@ class Quick:
             if answer is None:
                 how = child.died()
                 self._drop()
-                raise Refused(
-                    400, f"the process that should have drawn this died {how}: the file may be damaged"
-                )
+                raise Refused(400, f"the drawing process died {how}: the file may be damaged")
             return answer
 
     def close(self) -> None:

@@ -85,7 +85,7 @@ def figure_of(
     elif "format" not in document:
         models_inside = [m for m in document.values() if isinstance(m, Mapping) and "terms" in m]
         if not models_inside:
-            raise InputError("nothing in this document has a figure")
+            raise InputError("this document has no figures")
         shown = NoiseModel.from_json(models_inside[0])
     try:
         return spec(sheet_of(shown, **options), dark=dark)

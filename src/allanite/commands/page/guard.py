@@ -47,7 +47,7 @@ _HEADERS = {
 _UPLOAD = "/api/upload"
 _CLOSED = (
     "<!doctype html><html lang=en><meta charset=utf-8><title>allanite</title><h1>This page is closed</h1>"
-    "<p>Open the address that <code>allanite serve</code> has printed. Each start has one of its own.</p>"
+    "<p>Open the address that <code>allanite serve</code> printed. Each start has a new one.</p>"
 )
 
 
@@ -95,7 +95,7 @@ class Guard:
         given = headers.getlist("host")
         if len(given) != 1 or not given[0]:
             return refusal(400, "a request names its host, once")
-        return None if self._is_own(given[0]) else refusal(403, "this server does not go by that name")
+        return None if self._is_own(given[0]) else refusal(403, "this server does not have that name")
 
     def _is_own(self, host: str) -> bool:
         name, port = _split(host.lower())
@@ -108,7 +108,7 @@ class Guard:
         if len(origins) > 1 or (origins and not self._is_own_origin(origins[0])):
             return refusal(403, "the request comes from another page")
         if scope["method"] == "POST" and not origins:
-            return refusal(403, "the request does not say from which page it comes")
+            return refusal(403, "the request does not state its origin")
         site = headers.get("sec-fetch-site", "none")
         arriving = scope["path"] == "/" and headers.get("sec-fetch-mode") == "navigate"
         if site not in ("none", "same-origin") and not arriving:
@@ -123,7 +123,7 @@ class Guard:
             return None
         if scope["path"] == "/":
             return HTMLResponse(_CLOSED, 401)
-        return refusal(401, "no session: open the address that `allanite serve` has printed")
+        return refusal(401, "no session: open the address that `allanite serve` printed")
 
     def _has_cookie(self, headers: Headers) -> bool:
         valid = False
@@ -152,7 +152,7 @@ class Guard:
         """Why a request may not change anything."""
         given = headers.getlist(CSRF)
         if len(given) != 1 or not compare_digest(given[0].encode(), self._settings.csrf.encode()):
-            return refusal(403, "the request does not hold the secret of this page: load the page again")
+            return refusal(403, "the request lacks the secret of this page: reload the page")
         kind = headers.get("content-type", "").split(";")[0].strip().lower()
         if scope["path"] == _UPLOAD:
             if kind.startswith("multipart/"):

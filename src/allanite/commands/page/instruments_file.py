@@ -60,13 +60,14 @@ def read_instruments(source: str | os.PathLike[str], written: Iterable[Path]) ->
     place = Path(source).resolve()
     if any(place.is_relative_to(folder) for folder in written):
         raise InputError(
-            f"{source} is in a folder that the page writes to: keep the list of instruments elsewhere, for example in "
+            f"{source} is in a folder that the page writes to: move the list of instruments elsewhere, "
+            f"for example in "
             "/etc/allanite"
         )
     try:
         content, lines = read_yaml_lines(place, "list of instruments")
         if not isinstance(content, Mapping):
-            raise FormatError(f"{source} is no list of instruments: it begins with 'instruments:'")
+            raise FormatError(f"{source} is not a list of instruments: it must begin with 'instruments:'")
         listing = check_entries(
             _Listing, content, str(source), lines, lambda made: _faults(made, place.parent)
         )

@@ -119,7 +119,7 @@ class Jobs:
         with self._lock:
             if len(self._queue) >= self._limits.queue:
                 raise Refused(
-                    429, f"{len(self._queue)} jobs wait already: let some of them end, or cancel some"
+                    429, f"{len(self._queue)} jobs are already waiting: let some of them end, or cancel some"
                 )
             _make(work)
             if work.folder is not None:
@@ -236,7 +236,7 @@ class Jobs:
             self._end(
                 job,
                 "failed",
-                f"the process died {how}: the file is damaged, or memory ran out. Nothing else was harmed",
+                f"the process died {how}: the file is damaged, or memory ran out. Nothing else was affected",
             )
         _remove(job.work)
 

@@ -90,7 +90,7 @@ class Live:
             if watcher is None or watcher.over:
                 going = [w for w in self._watchers.values() if not w.over]
                 if len(going) >= self._limits.watchers:
-                    raise Refused(429, f"{len(going)} runs are followed already: close one of them")
+                    raise Refused(429, f"{len(going)} runs are already being followed: close one of them")
                 watcher = self._watchers[run] = Watcher(
                     run, {"task": "follow", "run": str(run), "every": self._limits.look}
                 )

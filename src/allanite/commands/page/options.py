@@ -221,7 +221,7 @@ def _frequencies(name: str, text: str) -> str | list[float]:
 def _name(name: str, value: Any) -> str:
     text = _text(name, value)
     if "," in text:
-        raise Refused(400, f"{name}: a name with a comma cannot be given: {text[:60]}")
+        raise Refused(400, f"{name}: a name cannot contain a comma: {text[:60]}")
     return text
 
 
@@ -241,7 +241,7 @@ def _by_channel(name: str, value: Any) -> tuple[list[str | None], Any]:
         raise Refused(400, f"{name} must be a text, or an object of channels and texts")
     parts = {_text(name, k): _text(name, v) for k, v in value.items()}
     if any(re.search("[,=]", word) for pair in parts.items() for word in pair):
-        raise Refused(400, f"{name}: neither a channel nor what is said of it may hold a comma or =")
+        raise Refused(400, f"{name}: neither a channel nor its value may contain a comma or =")
     return [",".join(f"{k}={v}" for k, v in parts.items())], parts
 
 

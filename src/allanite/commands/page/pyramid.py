@@ -89,7 +89,7 @@ class SeriesPyramid:
                 for i in range(len(facts["channels"]))
             ]
         except (OSError, ValueError, KeyError) as error:
-            raise FormatError(f"{self.folder} holds no prepared series: {error}") from None
+            raise FormatError(f"{self.folder} has no prepared series: {error}") from None
         object.__setattr__(self, "facts", facts)
         object.__setattr__(self, "_maps", maps)
 

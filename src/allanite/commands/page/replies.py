@@ -80,13 +80,13 @@ async def body_of(request: Request, *, most: int, seconds: float) -> dict[str, A
                 if len(data) > most:
                     raise Refused(413, f"a request has at most {most} bytes")
     except TimeoutError:
-        raise Refused(408, f"the request did not come within {seconds:g} s") from None
+        raise Refused(408, f"the request was incomplete after {seconds:g} s") from None
     except ClientDisconnect:
-        raise Refused(400, "the request was broken off") from None
+        raise Refused(400, "the request was interrupted") from None
     try:
         body = json.loads(bytes(data) or b"{}")
     except (ValueError, RecursionError):
         raise Refused(400, "the request is no JSON") from None
     if not isinstance(body, dict):
-        raise Refused(400, "the request is no JSON object")
+        raise Refused(400, "the request is not a JSON object")
     return body

@@ -187,14 +187,16 @@ def checked_settings(
     if not place.is_dir():
         raise InputError(f"no such folder: {place}: name the folder with your recordings")
     if not os.access(place, os.R_OK | os.X_OK):
-        raise StorageError(f"{place} cannot be read: choose another folder, or allow it")
+        raise StorageError(f"{place} cannot be read: choose another folder, or change its permissions")
     address = "127.0.0.1" if host in (None, "localhost") else str(host)
     if address not in LOOPBACK and token is None:
         raise InputError(
-            f"--host {address} lets other machines in: give a --token of your own as well (at least {_SHORTEST_TOKEN} "
-            "characters), and mind that the connection is not encrypted. A tunnel is safer: "
+            f"--host {address} admits other machines: pass your own --token as well (at least {_SHORTEST_TOKEN} "
+            "characters). The connection is not encrypted. A tunnel is safer: "
             "ssh -L 8080:127.0.0.1:PORT this-machine"
         )
     if token is not None and (len(token) < _SHORTEST_TOKEN or not token.isascii() or not token.isprintable()):
-        raise InputError(f"a token has at least {_SHORTEST_TOKEN} characters, of ASCII: else it is guessed")
+        raise InputError(
+            f"a token has at least {_SHORTEST_TOKEN} ASCII characters; a shorter one can be guessed"
+        )
     return place.resolve(), address, token

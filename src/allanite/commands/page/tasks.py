@@ -97,7 +97,7 @@ def live_curve(task: Json, advance: Advance) -> Json:
     watch.look()
     curve = watch.curve()
     if curve is None:
-        raise DataQualityError("no Allan curve yet: it needs three samples at least")
+        raise DataQualityError("no Allan curve yet: it needs at least three samples")
     chosen = curve if task.get("channel") is None else curve[task["channel"]]
     return spec(sheet_of(chosen), dark=bool(task.get("dark")))
 

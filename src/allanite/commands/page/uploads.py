@@ -38,7 +38,7 @@ async def receive(request: Request, settings: Settings) -> Path:
     limits = settings.limits
     announced = _length(request, limits)
     if not settings.writable:
-        raise Refused(409, "the folder is read-only: copy the file into it yourself, and look again")
+        raise Refused(409, "the folder is read-only: copy the file into it yourself, and reload")
     _room(settings.folder, announced, limits)
     folder = own_folder(settings, DROPPED)
     target = folder / name_for(request.headers.get("x-file-name", ""))
@@ -49,13 +49,13 @@ async def receive(request: Request, settings: Settings) -> Path:
         if not size:
             raise Refused(400, "the file is empty")
         if announced is not None and size != announced:
-            raise Refused(400, f"{size} bytes came, and {announced} were announced")
+            raise Refused(400, f"{size} bytes arrived, but {announced} were announced")
         made.rename(target)
     except OSError as error:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-        raise Refused(507 if full else 409, f"the file cannot be kept: {error.strerror or error}") from None
+        raise Refused(507 if full else 409, f"the file cannot be stored: {error.strerror or error}") from None
     except ClientDisconnect:
-        raise Refused(400, "the upload was broken off") from None
+        raise Refused(400, "the upload was interrupted") from None
     finally:
         made.unlink(missing_ok=True)
     return target
@@ -108,7 +108,7 @@ async def _next(pieces: AsyncIterator[bytes], limits: Limits) -> bytes | None:
     except StopAsyncIteration:
         return None
     except TimeoutError:
-        raise Refused(408, f"nothing has come for {limits.silence:g} s") from None
+        raise Refused(408, f"no data for {limits.silence:g} s") from None
 
 
 def _too_large(limits: Limits) -> Refused:

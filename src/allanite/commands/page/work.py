@@ -158,7 +158,7 @@ def _reading(kind: JobKind, request: Mapping[str, Any], places: Sequence[Any], d
     reading = checked(READING if kind.reads else {}, given_in(request, "read"), desk.place)
     layouts = {p.layout if isinstance(p, Recorded) else None for p in places} if kind.reads else {None}
     if len(layouts) > 1:
-        raise Refused(400, "one layout holds for all logs: compare those that have the same one")
+        raise Refused(400, "all logs share one layout: compare logs with the same layout")
     return with_layout(reading, layouts.pop(), desk.settings)
 
 
@@ -284,5 +284,5 @@ def model_word(value: Any, catalogue: Catalogue, settings: Settings) -> str:
     except InputError as error:
         raise Refused(400, f"model must be words: {error}") from None
     if os.path.lexists(settings.folder / words):
-        raise Refused(400, "a file has the name of this model: write the model with other blanks")
+        raise Refused(400, "a file has the name of this model: change the spacing of the model")
     return words

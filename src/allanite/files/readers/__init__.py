@@ -61,7 +61,7 @@ _OTHERS: Final = (
     (b"\x80\x05", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
     (
         b"# format: allanite-curve",
-        "an Allan curve, not a log; fit it with `allanite fit`, AllanCurve.from_csv reads it",
+        "an Allan curve, not a log; fit it with `allanite fit`, or read it with AllanCurve.from_csv",
     ),
     (
         b"# format: allanite-over-floor",
@@ -245,8 +245,8 @@ def _paths(path: object) -> list[Path]:
     for one in several:
         if not isinstance(one, (str, os.PathLike)):
             raise InputError(
-                f"read needs paths of files, not a {type(one).__name__}; samples that are in memory become a recording "
-                "by al.Recording.from_rate(y, rate=100.0, unit='deg/s')"
+                f"read needs paths of files, not a {type(one).__name__}; for samples in memory use "
+                f"al.Recording.from_rate(y, rate=100.0, unit='deg/s')"
             )
         paths.append(Path(one))
     if not paths:
@@ -257,7 +257,7 @@ def _paths(path: object) -> list[Path]:
 def _raw(path: Path) -> Reader:
     """The reader of files that a layout describes: their content is not asked."""
     if path.is_dir():
-        raise InputError(f"{path} is a folder: layout= describes a file")
+        raise InputError(f"{path} is a folder, but layout= describes a file")
     _head(path)
     return cast(Reader, import_module(f"{__name__}.raw_binary"))
 
@@ -275,8 +275,8 @@ def _reader_for(path: Path) -> Reader:
             f"{path} is a folder without a run (manifest.jsonl) or a ROS 2 recording (metadata.yaml, .db3, .mcap)"
         )
     raise FormatError(
-        f"{path.name} is binary and of no known format. If you know what its records hold, describe them in a small "
-        "YAML file and read it with layout= (--layout)"
+        f"{path.name} is binary, in an unknown format. If you know its records, describe them in a small "
+        f"YAML file and read it with layout= (--layout)"
     )
 
 
@@ -318,4 +318,4 @@ def _refuse_meaningless(options: Options, reader: Reader) -> None:
     }
     for name, value in special.items():
         if value is not None and name not in reader.OPTIONS:
-            raise InputError(f"option {name}={value!r} has no meaning for a {reader.NAME} file")
+            raise InputError(f"option {name}={value!r} does not apply to a {reader.NAME} file")

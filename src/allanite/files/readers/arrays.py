@@ -110,7 +110,7 @@ def other_times(shapes: Mapping[str, Shape], wanted: Sequence[str]) -> tuple[str
     lengths = {k: length_of(s[1]) for k, s in shapes.items() if may_be_time(k)}
     length = length_of(shapes[wanted[0]][1]) if wanted else 0
     return tuple(
-        f"array {k} has {n} values, the samples that are read are {length}: it is not their time"
+        f"array {k} has {n} values, but there are {length} samples: it is not their time"
         for k, n in lengths.items()
         if n > 1
     )
@@ -191,7 +191,7 @@ def picked(variable: str | None) -> tuple[str | None, Index | None]:
         raise InputError(f"{variable!r}: write the record as in data[0], data[:, :, 0], or data(:, :, 1)")
     first = 1 if bracket == "(" else 0
     if any(part.isdecimal() and int(part) < first for part in parts):
-        raise InputError(f"{variable!r}: in round brackets records are counted from 1, as MATLAB does")
+        raise InputError(f"{variable!r}: in parentheses records are counted from 1, as in MATLAB")
     return name, tuple(slice(None) if part == ":" else int(part) - first for part in parts)
 
 
@@ -213,11 +213,11 @@ def one_record(
     try:
         record = array[index]
     except IndexError:
-        raise InputError(f"{file}: {called} has shape {array.shape}: there is no such record in it") from None
+        raise InputError(f"{file}: {called} has shape {array.shape}: it has no such record") from None
     if not 1 <= record.ndim <= 2:
         raise InputError(
-            f"{file}: {called} has shape {array.shape}, and the record that is named {record.shape}; samples are a "
-            "column or a table: name one index more or less"
+            f"{file}: {called} has shape {array.shape}, and the record that is named {record.shape}; "
+            f"samples must be a column or a table: give one index more or less"
         )
     return {**arrays, name: record}
 
@@ -249,9 +249,11 @@ def table_of(
     """
     sideways = [k for k, a in arrays.items() if a.dtype.names is None and _in_rows(a.shape)]
     arrays = {k: a.T if k in sideways else a for k, a in arrays.items()}
-    guesses += tuple(f"the rows of {k or 'the array'} are channels: they are few and long" for k in sideways)
+    guesses += tuple(
+        f"the rows of {k or 'the array'} are taken as channels: they are few and long" for k in sideways
+    )
     width = sum(_numbers_in(a.dtype) * math.prod(a.shape[1:]) for a in arrays.values())
-    refuse_more(width, COLUMNS, "columns", path.name, "Save those that are needed, or transpose the array")
+    refuse_more(width, COLUMNS, "columns", path.name, "Save only the needed ones, or transpose the array")
     labels = _words(small, _LABEL_NAMES)
     headings: list[str] = []
     columns: list[ArrayColumn] = []

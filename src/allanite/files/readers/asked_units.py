@@ -38,7 +38,7 @@ def refuse_open_unit(heading: Heading) -> None:
     if quantity is QuantityKind.ANGLE and rate:
         raise _question(heading, "a gyro measures a rate", "an angle", "a rate")
     if quantity is QuantityKind.ANGLE and heading.group == "" and _COUNTED.fullmatch(heading.unit):
-        raise _question(heading, "nothing says which of the two it is", "a phase", "a frequency")
+        raise _question(heading, "the file does not show which of the two it is", "a phase", "a frequency")
     if quantity is QuantityKind.VELOCITY and heading.group == "acc":
         raise _question(heading, "an accelerometer measures an acceleration", "a velocity", "an acceleration")
 
@@ -46,7 +46,7 @@ def refuse_open_unit(heading: Heading) -> None:
 def _question(heading: Heading, why: str, summed: str, rate: str) -> InputError:
     unit, name = heading.unit, heading.name
     return InputError(
-        f"channel {name}: the heading says {unit!r}, {summed}, and {why}. If the samples are {rate}, say "
-        f"{unit_option([name], f'{unit}/s')} (unit={{{name!r}: {f'{unit}/s'!r}}} in Python); if they are {summed}, "
-        f"{unit_option([name], unit)}"
+        f"channel {name}: the heading says {unit!r}, {summed}, and {why}. If the samples are {rate}, use "
+        f"{unit_option([name], f'{unit}/s')} (unit={{{name!r}: {f'{unit}/s'!r}}} in Python); if they are "
+        f"{summed}, {unit_option([name], unit)}"
     )

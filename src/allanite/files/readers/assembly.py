@@ -59,10 +59,8 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         No samples, or stamps from which no grid can be built.
     """
     if not table.columns or len(table.columns[0]) == 0:
-        raise DataQualityError(f"{name}: there are no samples in this {table.format} file")
-    refuse_more(
-        len(table.columns), COLUMNS, "columns", name, "Write those that are needed to a file of their own"
-    )
+        raise DataQualityError(f"{name}: no samples in this {table.format} file")
+    refuse_more(len(table.columns), COLUMNS, "columns", name, "Write only the needed ones to a separate file")
     if options.kind is not None:
         table, options = as_clock(table, options, name)
     headings = _headings(table)
@@ -268,7 +266,7 @@ def _no_rate(table: StampTable, counters: bool, options: Options, guesses: Seque
     maybe = [] if options.time is not None else growing(table)
     stated = _RATE_IN_NAME.search(table.file)
     value = f"{float(stated[1].replace('p', '.')) * (1e3 if stated[2] else 1.0):g}" if stated else "RATE"
-    why = f" (the name of the file says {value} Hz)" if stated else ", RATE in samples per second"
+    why = f" (the file name states {value} Hz)" if stated else ", RATE in samples per second"
     rate = f"the rate, --rate {value} (rate={value} in Python){why}"
     if maybe:
         ways = " or ".join(f"--time {table.option(i)}:UNIT" for i in maybe[:3])
@@ -279,11 +277,11 @@ def _no_rate(table: StampTable, counters: bool, options: Options, guesses: Seque
         if any(is_counter(table.columns[i]) for i in maybe[:3]):
             grow += " (row numbers, or whole seconds)"
         return InputError(
-            f"{table.file}: no column is named as time, and the file states no rate, but {grow}. If that is time, say "
-            f"so with its unit (s, ms, us, ns): {ways}; if not, give {rate}"
+            f"{table.file}: no column has the name of a time, and the file states no rate, but {grow}. If "
+            f"it is time, state its unit (s, ms, us, ns): {ways}; if not, pass {rate}"
         )
-    none = "no column is time, as was said," if options.time is not None else "no time column"
-    more = " (a column of row numbers is not taken for time)" if counters else ""
+    none = "no column is time, as stated," if options.time is not None else "no time column"
+    more = " (a column of row numbers is not used as time)" if counters else ""
     return InputError(
         f"{table.file}: {none} and no sample rate in the file{more}. Give {rate}"
         + "".join(f" ({g})" for g in guesses)
@@ -324,8 +322,7 @@ def _counted(
         fitted = None
     if fitted is None or abs(fitted.rate / rate - 1.0) > 1e-6 or fitted.length > _FILLED * len(counter):
         guesses.append(
-            "the sample numbers are not in order, or jump beyond the length of the record: gaps cannot be told from "
-            "them"
+            "the sample numbers are not in order, or jump beyond the length of the record: they do not show the gaps"
         )
         return plain
     keep = ("gaps", "missing", "gap_places", "duplicates", "duplicate_rows", "backward", "backward_rows")

@@ -56,7 +56,7 @@ def channels_of(
     for i in chosen:
         heading, given, factor = named[i], units.get(i), factors.get(i)
         if given is not None and isinstance(options.unit, str) and not _fits(given, heading):
-            guesses.append(f"unit {given!r} cannot be that of {heading.name}: left as the file has it")
+            guesses.append(f"unit {given!r} cannot be that of {heading.name}: the unit of the file is kept")
             given = None
         if given is not None and heading.unit and given != heading.unit:
             guesses.append(f"{heading.name} is read in {given!r} as was said; the file says {heading.unit!r}")
@@ -83,11 +83,11 @@ def _channel(
                 f"{heading.name} is taken to be in {unit}, as its scale factor needs; --unit {heading.name}=mV if not"
             )
     if given is None and unit and not _known(unit):
-        guesses.append(f"unit {unit!r} of {heading.name} is not known: read as unknown")
+        guesses.append(f"unit {unit!r} of {heading.name} is not a known unit: read as unknown")
         unit = ""
     if given is None and unit and heading.group != "other" and _of_no_sample(unit):
         guesses.append(
-            f"unit {unit!r} of {heading.name} is that of {_of_no_sample(unit)}, not of samples: left aside"
+            f"unit {unit!r} of {heading.name} is that of {_of_no_sample(unit)}, not of samples: ignored"
         )
     if given is None and factor is None and heading.group in ("other", "counter", "identity", "time"):
         return Channel(name=heading.name, kind=Kind.OTHER, unit=unit, scale=1.0, sampling=sampling)
@@ -151,8 +151,8 @@ def _refuse_unfitting(
 ) -> None:
     if isinstance(option, str) and units and not any(_fits(u, named[i]) for i, u in units.items()):
         raise InputError(
-            f"unit {option!r} fits none of the channels {', '.join(h.name for h in named.values())}; name the "
-            "channels it is meant for: unit={'name': 'unit'} (--unit name=unit)"
+            f"unit {option!r} fits none of the channels {', '.join(h.name for h in named.values())}; name "
+            f"its channels: unit={'name': 'unit'} (--unit name=unit)"
         )
 
 
@@ -214,9 +214,7 @@ def selected(wanted: Sequence[str] | None, named: Mapping[int, Heading], table: 
     """
     if not named:
         aside = "".join(f" ({g})" for g in table.guesses)
-        raise InputError(
-            f"this {table.format} file holds a time column and nothing else that is a number{aside}"
-        )
+        raise InputError(f"this {table.format} file has a time column and no other numbers{aside}")
     if wanted is None:
         return list(named)
     if isinstance(wanted, str):

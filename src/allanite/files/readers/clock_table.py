@@ -41,8 +41,8 @@ def as_clock(table: Table, options: Options, name: str) -> tuple[Table, Options]
     kind = clock_kind(options.kind or "")
     if options.scale_factor is not None:
         raise InputError(
-            "a phase or frequency takes no scale factor: leave out --scale-factor, and give --unit; for cycles or Hz "
-            "--carrier as well"
+            "a phase or frequency takes no scale factor: leave out --scale-factor, and pass --unit; for "
+            "cycles or Hz also --carrier"
         )
     heads = [read_heading(text) for text in table.headings]
     numbers = table.numbers or tuple(range(1, len(heads) + 1))
@@ -65,7 +65,8 @@ def as_clock(table: Table, options: Options, name: str) -> tuple[Table, Options]
         if not unit:
             wanted = "1, ppm, ppb, or Hz" if kind is Kind.FREQUENCY else "s, ns, ps, or cycles"
             raise InputError(
-                f"the unit of the {kind.value} {label} is not in the file: give --unit (unit=): {wanted} with --carrier"
+                f"the unit of the {kind.value} {label} is not in the file: pass --unit (unit=): {wanted} "
+                f"with --carrier"
             )
         channel, offset = clock_channel(label, unit, kind, options.carrier)
         headings[i] = label

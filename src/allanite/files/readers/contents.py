@@ -114,7 +114,7 @@ def choose_part(
         return best, []
     more = f" and {len(rest) - _MOST_NAMED} more" if len(rest) > _MOST_NAMED else ""
     names = ", ".join(rest[:_MOST_NAMED]) + more
-    return best, [f"of several {what}s {best.name} is read; {option}= (--{option}) takes another: {names}"]
+    return best, [f"of several {what}s {best.name} is read; {option}= (--{option}) selects another: {names}"]
 
 
 def _best(parts: Sequence[FilePart]) -> FilePart:

@@ -59,5 +59,5 @@ def refuse_curve(table: Table, path: Path) -> None:
         return
     raise InputError(
         f"{path.name} looks like an Allan curve, not a log: {why}. Fit it with `allanite fit {for_shell(str(path))} "
-        "--curve --samples N --rate HZ --unit UNIT`, with the length, rate and unit of the record behind it"
+        "--curve --samples N --rate HZ --unit UNIT`, with the length, rate and unit of its record"
     )

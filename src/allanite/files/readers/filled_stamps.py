@@ -83,7 +83,7 @@ class Filled:
         good = np.flatnonzero(~bad)
         if len(good) < 2:
             raise DataQualityError(
-                f"rows {start} to {stop}: the time column is empty; give the rate instead (--rate)"
+                f"rows {start} to {stop}: the time column is empty; pass the rate instead (--rate)"
             )
         block = block.copy()
         at = np.flatnonzero(bad)

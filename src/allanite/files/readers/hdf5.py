@@ -116,8 +116,8 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
         variable = None if variable is None else variable.strip("/")
         if tree.outside and variable is None:
             raise FormatError(
-                f"{name} leads out of itself: {'; '.join(tree.outside[:5])}. Nothing outside of it is read; name what "
-                "to read of the rest with variable= (--variable)"
+                f"{name} leads out of itself: {'; '.join(tree.outside[:5])}. Nothing outside the file is "
+                f"read; choose a part of the rest with variable= (--variable)"
             )
         bare, index = picked(variable)
         if index is not None and bare in tree.leaves:
@@ -126,7 +126,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
         one = variable if variable in tree.leaves else None
         if one is not None and not any(one in _paths(t) for t in tables.values()):
             leaf = tree.leaves[one]
-            raise InputError(f"{name}: {one} is no table of samples ({leaf.dtype}, shape {leaf.shape})")
+            raise InputError(f"{name}: {one} is not a table of samples ({leaf.dtype}, shape {leaf.shape})")
         if one is not None:
             tables = {k: t for k, t in tables.items() if one in _paths(t)}
         parts = [_part(key, leaves) for key, leaves in tables.items()]
@@ -162,7 +162,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
 def _record(leaf: Leaf, tree: Tree, index: Any, name: str) -> tuple[dict[str, Any], Arrays]:
     """One record of a dataset of three dimensions, without time: its rate is that of its attributes."""
     if leaf.dtype.kind not in "iuf":
-        raise InputError(f"{name}: {leaf.path} is no array of numbers ({leaf.dtype})")
+        raise InputError(f"{name}: {leaf.path} is not an array of numbers ({leaf.dtype})")
     last = _last(leaf)
     samples = one_record({last: read_leaf(leaf, name)}, last, index, name)[last]
     rate, rate_from = _rate([leaf], tree, leaf.path.rpartition("/")[0])

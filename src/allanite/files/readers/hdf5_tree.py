@@ -196,7 +196,7 @@ def _unsound(leaf: Leaf) -> str:
             wanted *= -(-n // chunk)
         written = int(dataset.id.get_num_chunks())
         if written < wanted:
-            return f"declares {wanted} chunks of samples, but {written} were ever written: the writer was cut off"
+            return f"declares {wanted} chunks of samples, but only {written} were written: the writer was interrupted"
         if declared > BOMB_BYTES and declared > BOMB_RATIO * max(stored, 1):
             return f"unpacks from {stored} to {declared} bytes: refused as a decompression bomb"
     elif stored < declared:

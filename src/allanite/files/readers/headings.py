@@ -262,7 +262,7 @@ def shared_unit(unit: str, headings: Sequence[str], guesses: list[str]) -> tuple
     against = [h.name for h in read if h.group in FITTING and quantity not in FITTING[h.group]]
     if against:
         guesses.append(
-            f"the unit {unit} of the file is not that of {', '.join(against)}, by their names: theirs is unknown"
+            f"the unit {unit} of the file contradicts the names of {', '.join(against)}: their unit is unknown"
         )
     return tuple(unit if h.group in ("", "gyro", "acc") and h.name not in against else "" for h in read)
 

@@ -45,8 +45,8 @@ def join_runs(tables: Sequence[Table], names: Sequence[str], chained: Any) -> Ta
     for table, name in placed[1:]:
         if other := _differences(first, table):
             raise InputError(
-                f"{name} is not one log with {first_name}: {'; '.join(other)}. Such samples are never merged: study "
-                "them one by one, and compare the studies"
+                f"{name} does not belong to the same log as {first_name}: {'; '.join(other)}. Such "
+                f"samples are never merged: characterize them separately, and compare the studies"
             )
     lengths = [len(t.columns[0]) for t, _ in placed]
     begins = [round(((t.start or 0) - (first.start or 0)) * 1e-9 * rate) for t, _ in placed]
@@ -74,7 +74,7 @@ def join_runs(tables: Sequence[Table], names: Sequence[str], chained: Any) -> Ta
         },
         guesses=(
             *dict.fromkeys(g for t, _ in placed for g in t.guesses),
-            "where a run lies behind the one before it is known from the wall clock of the host alone",
+            "the gap between runs is known only from the wall clock of the host",
         ),
         history=(*(step for t, _ in placed for step in t.history), {"step": "join", "files": labels}),
     )

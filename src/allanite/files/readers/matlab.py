@@ -37,7 +37,7 @@ _VERSION_73 = b"MATLAB 7.3"
 _COMPRESSED = 15
 _PIECE = 1 << 16
 _SPARE_MEMORY = 256 << 20
-_FEWER = "Save those that are needed: save('log.mat', 't', 'x', '-v7')"
+_FEWER = "Save only the needed ones: save('log.mat', 't', 'x', '-v7')"
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -121,8 +121,8 @@ def _unpacked_size(file: IO[bytes], path: Path) -> int:
         kind, length = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)  # type: ignore[arg-type]
         if len(tag) < 8 or at + 8 + length > size:
             raise FormatError(
-                f"{path.name}: an element at byte {at} promises {length} bytes, but the file ends before: "
-                "it is cut or damaged"
+                f"{path.name}: an element at byte {at} declares {length} bytes, but the file ends before "
+                f"that: it is truncated or damaged"
             )
         total += length
         if kind == _COMPRESSED:

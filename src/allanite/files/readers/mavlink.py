@@ -133,7 +133,7 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
             ]
     if not rows:
         raise InputError(
-            f"{name}: no message of an inertial sensor; read are {', '.join(_MESSAGES.values())}"
+            f"{name}: no message of an inertial sensor; supported are {', '.join(_MESSAGES.values())}"
         )
     tables = {_called(key, list(rows)): (key[0], np.array(r, dtype=np.float64)) for key, r in rows.items()}
     parts = [_part(called, kind, table, units[kind][0]) for called, (kind, table) in tables.items()]
@@ -149,7 +149,7 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
     if damaged:
         guesses.append(f"{damaged} packets of inertial sensors are damaged (wrong checksum) and left out")
     if lost:
-        guesses.append(f"{lost} bytes are no packets and left out")
+        guesses.append(f"{lost} bytes outside packets are left out")
     source = {"topic": part.name, "contents": listed(parts), "damaged_packets": damaged}
     return {
         "headings": list(columns),

@@ -66,8 +66,8 @@ class NumberColumn:
             lengths = pc.unique(pc.list_value_length(array).drop_null())
             if lengths.to_pylist() not in ([], [length]):
                 raise FormatError(
-                    f"column {self.source}: lists of different lengths in row group {group}; write their numbers to "
-                    "columns of their own"
+                    f"column {self.source}: lists of different lengths in row group {group}; write their "
+                    f"numbers to separate columns"
                 )
             array = pc.list_element(array, step)
         return array

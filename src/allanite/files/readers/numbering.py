@@ -89,8 +89,8 @@ def numbering_of(
                 remarks += [] if timed else numbering.remarks
             elif not timed:
                 remarks.append(
-                    f"column {heading.name} is named like a sample number and does not number the rows: it is a "
-                    "channel, and gaps cannot be told from it"
+                    f"column {heading.name} has the name of a sample number but does not number the rows: "
+                    f"it is a channel, and does not show gaps"
                 )
         elif place not in used and len(columns) > 1 and not heading.group and not heading.unit:
             numbering = _unnamed(place, heading.name, column, timed=timed)
@@ -142,7 +142,7 @@ def clocks_beside(
         return set()
     if places:
         names = ", ".join(headings[place].name or str(place + 1) for place in sorted(places))
-        guesses.append(f"left out: {names} (the same time once more)")
+        guesses.append(f"left out: {names} (the same time again)")
     return places
 
 
@@ -165,8 +165,8 @@ def _goes_with(stamps: Stamps, column: Column) -> bool:
 def unseen_by_stamps(numberings: Sequence[RowNumbering], missing: int) -> list[str]:
     """In words, samples that are missing by their numbers where the time stamps show no gap."""
     return [
-        f"by its numbers, column {n.name}, {n.missing} samples are missing, by the time stamps {missing}: stamps "
-        "that a computer gives on receipt hide what was lost"
+        f"by its numbers, column {n.name}, {n.missing} samples are missing, by the time stamps {missing}: "
+        f"time stamps added on receipt hide lost samples"
         for n in numberings
         if n.missing > missing
     ]

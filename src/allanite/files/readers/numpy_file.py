@@ -90,8 +90,8 @@ def read(path: Path, options: Options) -> Table:
         name, index = picked(options.variable)
         if name or (index is None and name is not None):
             raise InputError(
-                f"{path.name} is a single array: variable={options.variable!r} has no meaning for it; a record of "
-                "three dimensions is '[0]' or '[:, :, 0]'"
+                f"{path.name} is a single array: variable={options.variable!r} does not apply to it; a "
+                f"record of three dimensions is '[0]' or '[:, :, 0]'"
             )
         file.seek(0)
         array = _mapped(file, _read_header(file, path.name), path.stat().st_size, path.name)
@@ -124,7 +124,7 @@ class _Header:
 def _read_header(file: IO[bytes], name: str) -> _Header:
     magic = file.read(len(_MAGIC) + 2)
     if len(magic) < 8 or not magic.startswith(_MAGIC) or magic[6] not in (1, 2, 3):
-        raise FormatError(f"{name}: this is no .npy file of version 1 to 3")
+        raise FormatError(f"{name}: this is not a .npy file of version 1 to 3")
     width = 2 if magic[6] == 1 else 4
     length = int.from_bytes(file.read(width), "little")
     if length > _LONGEST_HEADER:
@@ -138,7 +138,7 @@ def _read_header(file: IO[bytes], name: str) -> _Header:
     except _UNREADABLE as error:
         raise FormatError(f"{name}: the .npy header cannot be read ({type(error).__name__})") from None
     if not sound or len(header) != 3 or not isinstance(fortran, bool):
-        raise FormatError(f"{name}: the .npy header is damaged (its shape, or what stands beside it)")
+        raise FormatError(f"{name}: the .npy header is damaged (its shape, or the text after it)")
     if len(shape) > _MOST_DIMENSIONS:
         raise FormatError(f"{name}: an array of {len(shape)} dimensions; samples have one or two")
     if dtype.hasobject:
@@ -154,11 +154,11 @@ def _mapped(file: IO[bytes], header: _Header, size: int, name: str, at: int = 0)
     spare = size - header.offset - header.n_bytes
     if spare:
         raise FormatError(
-            f"{name}: the header promises shape {header.shape} of {header.dtype} ({header.n_bytes} bytes), but "
+            f"{name}: the header declares shape {header.shape} of {header.dtype} ({header.n_bytes} bytes), but "
             + (
                 f"{spare} bytes follow after it"
                 if spare > 0
-                else f"{-spare} bytes are missing: the file is cut"
+                else f"{-spare} bytes are missing: the file is truncated"
             )
         )
     if header.n_bytes == 0:  # a length beyond that of any array may stand beside one of zero
@@ -224,7 +224,7 @@ def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, path: Path) -> ND
             file.seek(at)
             header = _read_header(file, name)
             if at + member.file_size > path.stat().st_size:
-                raise FormatError(f"{name}: the archive is cut")
+                raise FormatError(f"{name}: the archive is truncated")
             return _mapped(file, header, member.file_size, name, at)
     with to_file(_unpacked(archive, member, name)) as file:
         return _mapped(file, _read_header(file, name), member.file_size, name)

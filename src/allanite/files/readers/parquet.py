@@ -129,7 +129,7 @@ def _open_arrow(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], Decode]
 
 
 def _refuse_wide(path: Path, columns: int, groups: int) -> None:
-    refuse_more(columns, COLUMNS, "columns", path.name, "Write those that are needed to a file of their own")
+    refuse_more(columns, COLUMNS, "columns", path.name, "Write only the needed ones to a separate file")
     refuse_more(groups, PIECES, "row groups", path.name, "Write it in groups of a million rows")
 
 
@@ -248,9 +248,7 @@ def _dtype(kind: pa.DataType) -> np.dtype[Any]:
 def _table(path: Path, magic: bytes, schema: pa.Schema, lengths: list[int], decode: Decode) -> Table:
     edges = np.concatenate(([0], np.cumsum(lengths))).astype(np.int64)
     used = number_columns(schema, len(lengths), decode, _numeric)
-    refuse_more(
-        len(used), COLUMNS, "columns", path.name, "Write those that are needed to a file of their own"
-    )
+    refuse_more(len(used), COLUMNS, "columns", path.name, "Write only the needed ones to a separate file")
     if not used:
         raise InputError(
             f"{path.name}: no column of numbers; there are: {', '.join(map(str, schema.names)) or 'none'}"
@@ -259,7 +257,8 @@ def _table(path: Path, magic: bytes, schema: pa.Schema, lengths: list[int], deco
     twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:  # columns are decoded by their name
         raise InputError(
-            f"{path.name}: several columns are called {', '.join(map(repr, twice[:5]))}; give each a name of its own"
+            f"{path.name}: several columns have the name {', '.join(map(repr, twice[:5]))}; give each a "
+            f"different name"
         )
     columns: list[Column] = []
     time_units: dict[int, str] = {}

@@ -136,7 +136,7 @@ def arrays_in(path: str) -> tuple[dict[str, Any], Arrays]:
     for name, array in _flat("", plain, 0):
         key = f"a{len(names)}"
         names[key], arrays[key] = name, array
-        refuse_more(len(names), PARTS, "objects and columns", Path(path).name, "Save those that are needed")
+        refuse_more(len(names), PARTS, "objects and columns", Path(path).name, "Save only the needed ones")
     return {"names": names}, arrays
 
 

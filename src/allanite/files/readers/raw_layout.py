@@ -130,7 +130,7 @@ def read_layout(source: str | os.PathLike[str] | Mapping[str, Any]) -> RecordLay
     place = Path(source)
     entries, lines = read_yaml_lines(place, "layout of records")
     if not isinstance(entries, Mapping):
-        raise FormatError(f"{place} is no layout of records: it holds no entries like 'frame:'")
+        raise FormatError(f"{place} is not a layout of records: it has no entries like 'frame:'")
     return check_entries(RecordLayout, entries, str(place), lines, _contradictions)
 
 
@@ -139,7 +139,7 @@ def _contradictions(layout: RecordLayout) -> Iterator[Fault]:
     yield from wrong_in_record(frame, frame.spans(), frame.size, where=("frame",), what="record")
     yield from wrong_measured(frame.fields, ("frame", "fields"))
     if frame.time is not None and layout.rate is not None:
-        yield ("rate",), "the records have a time: leave the rate out"
+        yield ("rate",), "the records have a time: leave out the rate"
     if frame.time is not None:
         yield from _wrong_time(frame.time.unit, ("frame", "time", "unit"))
     if layout.lines is not None:
@@ -159,7 +159,7 @@ def _wrong_lines(layout: RecordLayout, lines: HexLines) -> Iterator[Fault]:
     if wide and "endian" not in frame.model_fields_set:
         yield (
             ("frame",),
-            "write 'endian: big' if the word FFE5 means -27, as people write numbers, or 'endian: little' if E5FF does",
+            "write 'endian: big' if FFE5 means -27, in the usual digit order, or 'endian: little' if E5FF does",
         )
     if lines.time is None:
         return
@@ -167,7 +167,7 @@ def _wrong_lines(layout: RecordLayout, lines: HexLines) -> Iterator[Fault]:
     if frame.time is not None or layout.rate is not None:
         yield (
             ("lines", "time"),
-            "the time is described twice: leave this, the time of the frame or the rate out",
+            "the time is described twice: remove this, the time of the frame, or the rate",
         )
     if lines.time.column in (lines.columns or ()):
         yield ("lines", "columns"), f"column {lines.time.column} is the time"

@@ -109,13 +109,13 @@ def written_records(path: Path, layout: RecordLayout) -> WrittenRecords:
                 part.clear()
     if not gathered.begun:
         raise DataQualityError(
-            f"{path.name}: no line holds a record of {size} bytes, {2 * size} hexadecimal digits (it begins "
+            f"{path.name}: no line contains a record of {size} bytes, {2 * size} hexadecimal digits (it begins "
             f"{sample[:60]!r}). Check the fields of the layout and 'columns' of its 'lines'"
         )
     mask = np.concatenate(damaged)
     done = "they are passed over" if gathered.placed_otherwise() else "their samples are missing"
     guesses = (
-        [f"{gathered.bad} line(s), first {gathered.first_bad}, hold no record: {done}"]
+        [f"{gathered.bad} line(s), first {gathered.first_bad}, without a record: {done}"]
         if gathered.bad
         else []
     )

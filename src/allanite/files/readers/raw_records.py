@@ -79,7 +79,7 @@ def _mapped(path: Path, layout: RecordLayout) -> tuple[_Raw, list[str], Column |
     frame, size = layout.frame, path.stat().st_size
     if size < layout.skip + frame.size:
         raise DataQualityError(
-            f"{path.name} has {size} bytes: not one whole record of {frame.size} behind the first {layout.skip}"
+            f"{path.name} has {size} bytes: no complete record of {frame.size} after the first {layout.skip}"
         )
     with open_regular(path) as file:
         data = np.memmap(file, dtype=np.uint8, mode="r", offset=layout.skip)
@@ -126,18 +126,18 @@ class _Raw:
 def _records(data: NDArray[np.uint8], frame: RecordFrame, name: str) -> tuple[_Raw, list[str]]:
     size = frame.size
     n, rest = divmod(len(data), size)
-    remarks = [f"the last {rest} bytes are no whole record of {size}: left out"] if rest else []
+    remarks = [f"the last {rest} bytes are not a complete record of {size}: left out"] if rest else []
     even = _Raw(data, size, None, n)
     if not frame.header or _headed(even, frame.header):
         return even, remarks
     places, skipped, breaks = _found(data, frame)
     if len(places) == 0:
         raise DataQualityError(
-            f"{name}: no record of {size} bytes begins with {frame.header.hex(' ').upper()} and is followed by another "
-            "one: the layout does not fit, or 'skip' is wrong"
+            f"{name}: no record of {size} bytes begins with {frame.header.hex(' ').upper()} and is "
+            f"followed by another one: the layout does not match, or 'skip' is wrong"
         )
     return _Raw(data, size, places, len(places)), [
-        f"{skipped} bytes in {breaks} place(s) belong to no whole record: they are passed over"
+        f"{skipped} bytes in {breaks} place(s) outside complete records are skipped"
     ]
 
 
@@ -251,7 +251,7 @@ def _clock(raw: _Raw, frame: RecordFrame) -> tuple[Column, list[str]]:
     steps[turns] += turn
     going = np.concatenate(([int(stamps[0])], int(stamps[0]) + np.cumsum(steps)))
     return ArrayColumn(going), [
-        f"the clock of {8 * TYPE_SIZES[kind]} bits restarted {int(turns.sum())} time(s): it goes on"
+        f"the clock of {8 * TYPE_SIZES[kind]} bits restarted {int(turns.sum())} time(s): unwrapped"
     ]
 
 
@@ -267,7 +267,7 @@ def _counter(raw: _Raw, frame: RecordFrame) -> tuple[Column, list[str]]:
     ahead = np.round(steps / counter.step).astype(np.int64)
     doubtful = int(np.count_nonzero(ahead * counter.step != steps))
     remarks = (
-        [f"the counter goes on by other than {counter.step} in {doubtful} records: rounded"]
+        [f"the counter increases by other than {counter.step} in {doubtful} records: rounded"]
         if doubtful
         else []
     )

@@ -96,8 +96,8 @@ def running_sum(column: Column, label: str, file: str) -> RunningSum:
         bad = ~(np.isfinite(steps) & (steps >= 0))
         if bad.any():
             raise InputError(
-                f"{file}: column {label} is the interval since the row before, and has no valid one in row "
-                f"{start + int(bad.argmax())}: the time after it is not known. Give the rate, --rate RATE, or name "
+                f"{file}: column {label} is the interval since the previous row, and is invalid in row "
+                f"{start + int(bad.argmax())}: the time after it is unknown. Pass the rate, --rate RATE, or name "
                 "another column, --time COLUMN[:UNIT]"
             )
         sums.append(sums[-1] + float(steps.sum()))

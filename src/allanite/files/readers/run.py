@@ -53,8 +53,7 @@ def read(path: Path, options: Options) -> Table:
         manifest = manifest_of(path)
     recording = survey.recording(path.name, status)
     guesses = [
-        f"{name} is damaged ({why}): what `allanite recover` finds may be more"
-        for name, why in survey.faults.items()
+        f"{name} is damaged ({why}): `allanite recover` may find more" for name, why in survey.faults.items()
     ]
     if survey.torn and status == "unfinished":
         guesses.append("the last batch was being written when the recorder died; it was never acknowledged")

@@ -112,7 +112,9 @@ def _outcome(
         raise _too_large(name, memory)
     if done.returncode != 0 or not report.exists():
         how = f"by signal {-done.returncode}" if done.returncode < 0 else f"with status {done.returncode}"
-        raise FormatError(f"{name}: the parser died {how}: the file is damaged (this process was not harmed)")
+        raise FormatError(
+            f"{name}: the parser died {how}: the file is damaged (this process was not affected)"
+        )
     answer = json.loads(report.read_text(encoding="utf-8"))
     if "error" in answer:
         kind, message = answer["error"]

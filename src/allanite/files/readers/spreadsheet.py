@@ -120,9 +120,7 @@ def text_in(path: str, variable: str | None) -> tuple[dict[str, Any], dict[str, 
     try:
         book = CalamineWorkbook.from_path(regular(path))
         names = [s.name for s in book.sheets_metadata if s.typ == SheetTypeEnum.WorkSheet]
-        refuse_more(
-            len(names), SHEETS, "sheets", name, "Save those that are needed in a workbook of their own"
-        )
+        refuse_more(len(names), SHEETS, "sheets", name, "Save only the needed ones in a separate workbook")
         sheets = {n: book.get_sheet_by_name(n) for n in names}
     except PasswordError:
         raise FormatError(f"{name}: the spreadsheet has a password; save it without one") from None
@@ -132,7 +130,7 @@ def text_in(path: str, variable: str | None) -> tuple[dict[str, Any], dict[str, 
     chosen = variable if variable in sheets else None
     part, guesses = choose_part(parts, chosen, None, file=name, option="variable", what="sheet")
     sheet = sheets[part.name]
-    refuse_more(sheet.width, COLUMNS, "columns", name, "Save those that are needed in a sheet of their own")
+    refuse_more(sheet.width, COLUMNS, "columns", name, "Save only the needed ones in a separate sheet")
     content = "\n".join([*[""] * (sheet.start or (0, 0))[0], *_lines(sheet.iter_rows())]) + "\n"
     facts = {
         "sheet": part.name,

@@ -258,7 +258,7 @@ class _Parted(Calculated):
             at = int(bad.argmax())
             date = ", ".join(f"{part} {int(values[at])}" for part, values in of.items())
             raise InputError(
-                f"{self.file}: row {int(rows[at])}: {date} is no date. Correct the row, name another time column "
-                "(--time), or give the rate and no time (--time none --rate RATE)"
+                f"{self.file}: row {int(rows[at])}: {date} is not a date. Correct the row, name another "
+                f"time column (--time), or pass the rate and no time (--time none --rate RATE)"
             )
         return np.asarray(dates.astype(np.int64))

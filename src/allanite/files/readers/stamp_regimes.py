@@ -338,8 +338,8 @@ def _block_interval(stamps: Filled, source: str) -> float:
 def no_grid(stamps: Filled, source: str, why: str) -> DataQualityError:
     first = ", ".join(f"row {k}: {t:.9g} s" for k, t in enumerate(stamps.read(0, _LISTED_ROWS)))
     return DataQualityError(
-        f"no time grid can be built from the time column {source!r}: {why} (since the first stamp, {first}); "
-        f"if the samples are evenly spaced, give their rate ({_by_count(stamps)}), which sets the stamps aside"
+        f"the time column fits no even grid: {source!r}: {why} (since the first stamp, {first}); "
+        f"if the samples are evenly spaced, give their rate ({_by_count(stamps)}), which overrides the stamps"
     )
 
 

@@ -150,7 +150,7 @@ def _running(
     """Time as the running sum of a column of intervals."""
     column, label = table.columns[chosen], table.label(chosen)
     unit, factor = _stated(intervals[chosen])
-    guesses = [f"column {label} is the interval since the row before: time is its running sum"]
+    guesses = [f"column {label} is the interval since the previous row: time is its running sum"]
     if stated is not None and stated.factor is not None:
         unit, factor = stated.unit, stated.factor
     elif not unit:
@@ -194,7 +194,7 @@ def _beside_intervals(table: StampTable, time: TimeChoice, intervals: Mapping[in
             if agrees
             else "does not agree with the steps of the time stamps"
         )
-        remarks.append(f"column {table.label(i)}, the interval since the row before, {why}: left out")
+        remarks.append(f"column {table.label(i)}, the interval since the previous row, {why}: left out")
     return replace(time, used=(*time.used, *left), guesses=(*time.guesses, *remarks))
 
 
@@ -297,7 +297,7 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
         raise _which_unit(table, chosen, steps, candidates(steps, first, table.inertial), bool(ticks))
     judged_unit = judged_unit or StampUnit("s", 1.0)
     if judged_unit.epoch is None:
-        reason = f"the unit {inside[1]!r} is not known" if inside else "no unit given"
+        reason = f"the unit {inside[1]!r} is unknown" if inside else "no unit given"
         guesses.append(f"time column {table.label(chosen)}: {reason}, read as {judged_unit.unit}")
     return judged_unit
 
@@ -309,12 +309,13 @@ def _which_unit(
     fitting = fitting or list(FACTORS)[:4]
     option = table.option(chosen)
     unknown = _UNKNOWN_UNIT.search(table.headings[chosen].name)
-    why = f"the unit {unknown[1]!r}, which is not known" if unknown else "no unit"
+    why = f"the unit {unknown[1]!r}, which is unknown" if unknown else "no unit"
     ways = " or ".join(f"--time {option}:{unit} ({steps.rate_text(unit)})" for unit in fitting)
     if ticks:
         ways = f"--time '{option}:STEP', as in --time '{option}:1/1000 s', or {ways}"
     return InputError(
-        f"{table.file}: time column {table.label(chosen)} has {why}, and its values fit several. Say which: {ways}; "
+        f"{table.file}: time column {table.label(chosen)} has {why}, and its values fit several. State "
+        f"which: {ways}; "
         f"in Python time='{option}:{fitting[0]}'"
     )
 
@@ -348,7 +349,7 @@ def _of_gps(table: StampTable, stated: StatedTime | None) -> TimeChoice | None:
     used = (clock.within, *(i for i, h in enumerate(headings) if h.group == "time" and i != clock.within))
     used = tuple(dict.fromkeys((*used, clock.week)))
     if not clock.steps:
-        remark = f"column {week}, a GPS week, does not go on where {within} restarts: left out"
+        remark = f"column {week}, a GPS week, does not increase where {within} restarts: left out"
         of_within = stated if stated is not None and stated.place == clock.within else None
         return _single(table, clock.within, used, [remark], of_within)
     unit, factor = clock.unit, clock.factor
@@ -362,7 +363,7 @@ def _of_gps(table: StampTable, stated: StatedTime | None) -> TimeChoice | None:
     )
     if headings[clock.week].name:
         return time
-    remark = f"column {week} is taken for the GPS week of column {within}, in {unit}: together they are time"
+    remark = f"column {week} is taken as the GPS week of column {within}, in {unit}: together they are time"
     return replace(time, source=f"column {week} + column {within}", guesses=(remark,))
 
 
@@ -562,8 +563,8 @@ def _without_name(table: StampTable) -> int | None:
 def _is_it_time(table: StampTable, place: int) -> InputError:
     number = table.numbers[place]
     return InputError(
-        f"{table.file}: column {number} has no name and only grows, unevenly. If it is time, name its unit: --time "
-        f"{number}:s (or ms, us, ns); if it is a channel, give the rate of the samples: --time {NO_TIME} --rate RATE"
+        f"{table.file}: column {number} has no name and increases unevenly. If it is time, state its unit: --time "
+        f"{number}:s (or ms, us, ns); if it is a channel, pass the sample rate: --time {NO_TIME} --rate RATE"
     )
 
 

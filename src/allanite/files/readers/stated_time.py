@@ -152,5 +152,5 @@ def _turn(text: str, statement: str) -> float:
     if match and match[3] and int(match[3]) > 1:
         return float(int(match[3]))
     raise InputError(
-        f"time={statement!r}: {text!r} is no count at which a counter restarts: write 2^16 or 65536"
+        f"time={statement!r}: {text!r} is not a count at which a counter restarts: write 2^16 or 65536"
     )

@@ -73,7 +73,7 @@ def read(path: Path, options: Options) -> Table:
     )
     columns = [arrays[str(i)] for i in range(len(facts["headings"]))]
     if not columns or len(columns[0]) == 0:
-        raise DataQualityError(f"{path.name}: the group {facts['source']['group']} holds no samples")
+        raise DataQualityError(f"{path.name}: the group {facts['source']['group']} has no samples")
     time_units = {}
     for i, column in enumerate(columns):
         if column.dtype.kind == "M":
@@ -107,7 +107,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
     name, size = Path(path).name, Path(path).stat().st_size
     with TdmsFile.open(regular(path)) as file:
         parts_in_all = sum(1 + len(group.channels()) for group in file.groups())
-        refuse_more(parts_in_all, PARTS, "groups and channels", name, "Export those that are needed")
+        refuse_more(parts_in_all, PARTS, "groups and channels", name, "Export only the needed ones")
         groups = {g.name: [c for c in g.channels() if _is_number(c)] for g in file.groups()}
         parts = [_part(g, groups[g.name]) for g in file.groups()]
         group, one = _split(variable, groups)
@@ -180,7 +180,7 @@ def _longest(
     remarks = [f"channels of another length left out: {', '.join(others)}"] if others else []
     if there < length:
         remarks.append(
-            f"the file breaks off in its last segment: {there} samples are there, {length} were promised"
+            f"the file ends within its last segment: {there} samples are there, {length} were declared"
         )
     return taken, there, remarks
 

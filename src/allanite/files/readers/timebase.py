@@ -107,9 +107,7 @@ def fit_grid(
     """
     n = len(stamps)
     if n < 2:
-        raise DataQualityError(
-            f"time column {source!r} has {n} stamp(s): at least 2 are needed to tell the rate"
-        )
+        raise DataQualityError(f"time column {source!r} has {n} stamp(s): at least 2 are needed for the rate")
     filled = Filled(stamps)
     probe = probe_of(filled, source, exact=resolution == 0.0)
     if not SHORTEST <= probe.interval <= LONGEST:
@@ -345,8 +343,8 @@ def _refuse(stamps: Filled, marks: Marks, tally: _Tally, source: str, interval: 
     if tally.backward > 0.1 * n:
         raise DataQualityError(
             f"time column {source!r} runs backward at {tally.backward} of {n} rows (first: rows "
-            f"{', '.join(map(str, tally.backward_rows))}): the rows are not in order of time; sort them, or give "
-            "the rate (--rate), which sets the stamps aside"
+            f"{', '.join(map(str, tally.backward_rows))}): the rows are not in chronological order; sort "
+            f"them, or pass the rate (--rate), which overrides the stamps"
         )
     if len(marks.missing) and int(marks.missing.sum()) + n > _LONGEST_GRID * n + _LONG_ENOUGH:
         longest = np.argsort(marks.missing)[::-1][:_LISTED_ROWS]
@@ -354,9 +352,9 @@ def _refuse(stamps: Filled, marks: Marks, tally: _Tally, source: str, interval: 
             f"row {marks.gaps[k] + 1} by {(marks.missing[k] + 1) * interval:.6g} s" for k in sorted(longest)
         )
         raise DataQualityError(
-            f"time column {source!r} jumps far beyond the length of the record ({rows}): the clock was set, or "
-            f"several records stand in one file. Cut it there, {_cut(stamps, marks, interval)}, or give the rate "
-            f"(--rate {1.0 / interval:.6g}), which sets the stamps aside"
+            f"time column {source!r} jumps far beyond the length of the record ({rows}): the clock was "
+            f"set, or the file contains several records. Split it there, {_cut(stamps, marks, interval)}, "
+            f"or pass the rate (--rate {1.0 / interval:.6g}), which overrides the stamps"
         )
 
 
@@ -367,8 +365,8 @@ def _refuse_off_grid(stamps: Filled, marks: Marks, source: str, interval: float)
         raise no_grid(
             stamps,
             source,
-            f"{100.0 * share:.2g} % of the samples lie more than half an interval from the best one, {interval:.6g} s: "
-            "samples were lost where the stamps do not tell, or they were not evenly taken",
+            f"{100.0 * share:.2g} % of the samples are more than half an interval from the best grid, "
+            f"{interval:.6g} s: samples were lost without a gap in the stamps, or sampling was uneven",
         )
 
 
@@ -391,7 +389,7 @@ def _unplaced(stamps: Filled, probe: Probe, marks: Marks, source: str, interval:
             stamps,
             source,
             f"they come in steps of {probe.coarse.step:.3g} s, and pauses are so many that {count} of {len(stamps)} "
-            "samples have no place among them",
+            "samples do not fit between them",
         )
     return count
 

@@ -125,7 +125,7 @@ def _refuse_formats(path: str, name: str) -> None:
             size, form = int.from_bytes(head[:2], "little"), head[2:]
             body = file.read(size)
             if len(body) < size:
-                raise FormatError(f"{name}: the log breaks off in its definitions, before the first message")
+                raise FormatError(f"{name}: the log ends within its definitions, before the first message")
             if form not in _DEFINING and (form == b"\0" or not 0 < size <= _LARGEST_MESSAGE):
                 file.seek(-2 - size, 1)  # damaged: the library goes on at the next byte
             if form == b"F":
@@ -194,7 +194,7 @@ def _remarks(log: Any) -> list[str]:
             f"the logger dropped messages {plural(len(log.dropouts), 'time')}, for {total} ms together: gaps"
         )
     if log.file_corruption:
-        remarks.append("the log is damaged in places: messages there are passed over")
+        remarks.append("the log is damaged in places: messages there are skipped")
     return remarks
 
 
@@ -210,9 +210,7 @@ def _table(kind: str, message: Message) -> _Made:
         return make(message)
     except KeyError as error:
         stamps, columns, units, _ = _anything(message)
-        remarks = (
-            f"this version of {kind} has no field {error}: its fields are read as they stand, without units"
-        )
+        remarks = f"this version of {kind} has no field {error}: its fields are read unchanged, without units"
         return stamps, columns, units, [remarks]
 
 
@@ -224,7 +222,7 @@ def _sampled(message: Message) -> tuple[NDArray[Any], list[str]]:
     """When the samples were taken, not when the message was sent, where the message says so."""
     stamps = message.get("timestamp_sample")
     if stamps is not None and len(stamps) and (stamps > 0).all():
-        return stamps, ["time is timestamp_sample, when each sample was taken"]
+        return stamps, ["time is timestamp_sample, the time of each sample"]
     return message["timestamp"], []
 
 
@@ -288,7 +286,7 @@ def _fifo(name: str, unit: str) -> Callable[[Message], _Made]:
         for axis in "xyz":
             raw = np.stack([message[f"{axis}[{i}]"] for i in range(width)], axis=1)
             columns[f"{name}_{axis}"] = (raw * message["scale"].astype(np.float64)[:, None])[used]
-        return times, columns, [unit] * 3, [*remarks, "raw samples out of the FIFO of the sensor"]
+        return times, columns, [unit] * 3, [*remarks, "raw samples from the FIFO of the sensor"]
 
     return made
 

@@ -80,7 +80,7 @@ class Batch:
             )
         if not len(self) or not bool(np.all(self.counter[1:] > self.counter[:-1])):
             raise InputError(
-                "the counter of a batch must rise from sample to sample, and a batch is never empty"
+                "the counter of a batch must increase from sample to sample, and a batch must not be empty"
             )
 
     def __len__(self) -> int:

@@ -85,7 +85,7 @@ def compact(
         for k, group in enumerate(_groups(run, part, schema)):
             if not _same(back.read_row_group(k), group):
                 raise StorageError(
-                    f"{path}: what was read back is not what was written; write it to another disk"
+                    f"{path}: the file read back differs from what was written; write it to another disk"
                 )
     return Path(path)
 
@@ -100,7 +100,8 @@ def _refuse_altered(run: Run) -> None:
             digest = hashlib.sha256(file.read(int(event["bytes"]))).hexdigest()
         if digest != event["sha256"]:
             raise DataQualityError(
-                f"{path} is not as it was closed (its SHA-256 differs): recover the run first, with `{_recovery(run)}`"
+                f"{path} has changed since it was closed (its SHA-256 differs): recover the run first, "
+                f"with `{_recovery(run)}`"
             )
 
 
@@ -151,9 +152,7 @@ def survey_of(path: str | os.PathLike[str]) -> tuple[RunSurvey, str]:
     place = Path(path)
     try:
         with pq.ParquetFile(parquet_place(place), page_checksum_verification=True) as file:
-            refuse_more(
-                file.num_row_groups, PIECES, "row groups", place.name, "Make it once more from the run"
-            )
+            refuse_more(file.num_row_groups, PIECES, "row groups", place.name, "Make it again from the run")
             facts = parse_plain(file.schema_arrow.metadata[KEY])
             header = Header.from_json(facts["header"])
             pieces = [_piece(place, file, k) for k in range(file.num_row_groups)]

@@ -62,7 +62,7 @@ class Header:
         names = [c.name for c in self.channels]
         if not names or len({*names, *TAKEN}) != len(names) + len(TAKEN):
             raise InputError(
-                f"channels of a run need names that differ, and from {', '.join(TAKEN)}; got {names}"
+                f"channel names of a run must differ from each other and from {', '.join(TAKEN)}; got {names}"
             )
         try:
             plain = json.loads(json.dumps([self.instrument, self.settings], allow_nan=False))

@@ -97,7 +97,7 @@ class Manifest:
             _lock(self._descriptor, folder)
             if os.fstat(self._descriptor).st_size:
                 raise StorageError(
-                    f"{folder} holds a run already, and a run is never continued: choose another folder"
+                    f"{folder} already contains a run, and a run is never continued: choose another folder"
                 )
         except BaseException:
             disk.close(self._descriptor)
@@ -184,7 +184,8 @@ def _lock(descriptor: int, folder: Path) -> None:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise StorageError(
-            f"{folder} is being written by another process: stop that one, or choose another folder; reading is free"
+            f"{folder} is being written by another process: stop that one, or choose another folder. "
+            f"Reading is possible"
         ) from None
 
 

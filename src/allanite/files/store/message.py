@@ -105,7 +105,7 @@ class Opening:
 
         size = _metadata_size(data, 0)
         if size is None:
-            raise FormatError("it does not begin with a whole Arrow schema")
+            raise FormatError("it does not begin with a complete Arrow schema")
         data = data[: 8 + size]
         try:
             schema = pa.ipc.read_schema(pa.py_buffer(data))
@@ -114,11 +114,11 @@ class Opening:
             # Types as well as names: samples are taken out of the buffers of just these types.
             whole = schema.equals(_schema_of(header), check_metadata=False)
         except (pa.ArrowException, OSError, ValueError, KeyError, TypeError, FormatError) as error:
-            raise FormatError(f"its opening is damaged ({type(error).__name__})") from None
+            raise FormatError(f"its start is damaged ({type(error).__name__})") from None
         if version != _FORMAT:
             raise FormatError(f"it is of format {version}, and this allanite reads {_FORMAT}: update it")
         if not whole:
-            raise FormatError("its opening is damaged (columns)")
+            raise FormatError("its start is damaged (columns)")
         return cls(run=run, header=header, schema=schema, data=data, crc=zlib.crc32(data))
 
 
@@ -223,18 +223,18 @@ def message_at(data: bytes, at: int, opening: Opening, offset: int = 0) -> Messa
     size = _metadata_size(data, at)
     if size is None:
         torn = len(left) < 8 or 0 < int.from_bytes(left[4:], "little") < LONGEST_METADATA
-        return NoBatch(why="the last batch is cut" if torn else "no batch begins there", torn=torn)
+        return NoBatch(why="the last batch is truncated" if torn else "no batch begins there", torn=torn)
     match = _FACTS.search(data, at + 8, at + 8 + size)
     if match is None:
         return NoBatch(why="the metadata of a batch are damaged")
     number, utc_ns, length = (int(group) for group in match.groups()[:3])
     message = data[at : at + length]
     if len(message) < length:
-        return NoBatch(why="the last batch is cut", torn=True)
+        return NoBatch(why="the last batch is truncated", torn=True)
     crc = match.start(4) - at
     unsigned = message[:crc] + b"00000000" + message[crc + 8 :]
     if zlib.crc32(unsigned, opening.crc) != int(match[4], 16):
-        return NoBatch(why="the checksum of a batch does not agree")
+        return NoBatch(why="the checksum of a batch does not match")
     return Message(opening=opening, number=number, utc_ns=utc_ns, data=message, end=offset + at + length)
 
 
@@ -317,7 +317,8 @@ def _foreign() -> Iterator[None]:
         yield
     except (pa.ArrowException, OSError, ValueError, TypeError, LookupError) as error:
         raise FormatError(
-            f"a batch verifies and cannot be decoded ({type(error).__name__}): allanite has not written this run"
+            f"the checksum of a batch is right, but the batch cannot be decoded ({type(error).__name__}): "
+            f"allanite has not written this run"
         ) from None
 
 

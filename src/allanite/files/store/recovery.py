@@ -128,7 +128,7 @@ def recover(
     run = open_run(folder)
     if run.status == "recording":
         raise StorageError(
-            f"{folder} is still being recorded: read it as it is, or stop the recorder to recover it"
+            f"{folder} is still being recorded: read it directly, or stop the recorder to recover it"
         )
     rescue, store = _Rescue(run), None
     with ExitStack() as stack:
@@ -282,7 +282,7 @@ class _Rescue:
         # A damaged mark of the end touches no sample.
         forms = (data, data[: -len(END)] + END)
         if facts["sha256"] not in (hashlib.sha256(form).hexdigest() for form in forms):
-            why = "it is not the file that was closed: its batches verify, and its SHA-256 is another one"
+            why = "it changed after it was closed: its batches are valid, but its SHA-256 differs"
             self.losses.append(Loss(file=segment.name, offset=0, size=size, rows=None, why=why))
 
 

@@ -72,11 +72,11 @@ class SegmentRows:
             with open_regular(self.path) as file:
                 data = file.read(self.size)
         except OSError as error:
-            raise FormatError(f"{self.path} cannot be read any more: {error.strerror or error}") from None
+            raise FormatError(f"{self.path} can no longer be read: {error.strerror or error}") from None
         if zlib.crc32(data) != self.crc:
             raise FormatError(
                 f"{self.path} has changed since it was verified: `allanite recover {for_shell(str(self.path.parent))}` "
-                "says what is lost of the run"
+                "shows what is lost of the run"
             )
         whole = pa.ipc.open_stream(pa.py_buffer(data)).read_all().column(name)
         return numbers_of(whole)[self.skip :]

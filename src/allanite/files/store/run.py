@@ -148,8 +148,9 @@ class Run:
                     if part is None:
                         changed = "; ".join(before.header.differences(segment.opening.header))
                         raise DataQualityError(
-                            f"{self.folder}: the settings change at {name} ({changed}): such samples are never merged; "
-                            "read one part of the run: --variable 1 or --variable 2 (part=1 in Python), and so on"
+                            f"{self.folder}: the settings change at {name} ({changed}). Such samples are "
+                            f"never merged; read one part of the run: --variable 1 or --variable 2 "
+                            f"(part=1 in Python), and so on"
                         )
                 before = segment.opening
             if part in (None, number):
@@ -179,7 +180,7 @@ def open_run(folder: str | os.PathLike[str]) -> Run:
     numbers = segment_numbers(place)
     manifest, damaged = read_manifest(place)
     if not (numbers or manifest or damaged):
-        raise FormatError(f"{place} holds no run: there is neither a manifest.jsonl nor a 000001.arrows")
+        raise FormatError(f"{place} contains no run: it has neither manifest.jsonl nor 000001.arrows")
     end = next((e for e in reversed(manifest) if e["kind"] == "end"), None)
     status = str(end["status"]) if end else "recording" if manifest and is_locked(place) else "unfinished"
     return Run(
@@ -205,7 +206,7 @@ def _header(folder: Path, numbers: list[int], manifest: tuple[Line, ...]) -> Hea
     if first is not None:
         return Header.from_json(first["header"])
     if last is None:
-        raise FormatError(f"{folder}: no manifest and no segment of this run can be read")
+        raise FormatError(f"{folder}: neither the manifest nor any segment of this run can be read")
     return last
 
 

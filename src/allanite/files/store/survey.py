@@ -153,9 +153,9 @@ class RunSurvey:
         refuse_more(
             length - there,
             MISSING + MISSING_EACH * there,
-            f"missing samples beside {there} that are there",
+            f"missing samples for {there} stored ones",
             name,
-            "Its counter jumps: split it into one folder for each stretch of segments",
+            "Its counter jumps: split it into one folder per stretch of segments",
         )
         step = {
             "step": "record",

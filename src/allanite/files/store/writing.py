@@ -38,10 +38,10 @@ _RESERVED_SECONDS, _RESERVED_BYTES = 2.0, 1 << 15
 
 _ADVICE: Final = {
     errno.ENOSPC: "make room, or record to another disk",
-    errno.EDQUOT: "your quota is used up: make room, or record to another disk",
-    errno.EIO: "the disk fails: save what is on it, look into the kernel's log (dmesg), and record to another one",
-    errno.EROFS: "the disk is read-only, perhaps because it failed: look into the kernel's log (dmesg)",
-    errno.EACCES: "choose a folder that you may write to",
+    errno.EDQUOT: "your quota is exhausted: make room, or record to another disk",
+    errno.EIO: "the disk is failing: save its data, check the kernel log (dmesg), and record to another disk",
+    errno.EROFS: "the disk is read-only, perhaps because it failed: check the kernel log (dmesg)",
+    errno.EACCES: "choose a writable folder",
 }
 
 
@@ -179,7 +179,7 @@ class LogStore:
         try:
             return cls(place, header, rotate_seconds, rotate_bytes, disk or Disk())
         except OSError as error:
-            raise StorageError(f"no run can be begun in {place}: {_said(error)}") from error
+            raise StorageError(f"cannot start a run in {place}: {_said(error)}") from error
 
     @property
     def header(self) -> Header:
@@ -298,19 +298,19 @@ class LogStore:
 
     def _refuse_closed(self) -> None:
         if not self._open:
-            raise StorageError(f"the run in {self.folder} is closed: begin another one")
+            raise StorageError(f"the run in {self.folder} is closed: start another one")
 
     def _refuse_unfit(self, batch: Batch) -> None:
         self._refuse_closed()
         channels = len(self._opening.header.channels)
         if batch.values.shape[1] != channels:
             raise InputError(
-                f"a batch of {batch.values.shape[1]} channels for a run of {channels}: `change` begins another part"
+                f"a batch of {batch.values.shape[1]} channels for a run of {channels}: `change` starts another part"
             )
         if self._written is not None and batch.first <= self._written:
             raise InputError(
-                f"sample {batch.first} after sample {self._written}: the counter of a run rises; where an instrument "
-                "restarts, go on from the last number"
+                f"sample {batch.first} after sample {self._written}: the counter of a run must increase; "
+                f"if an instrument restarts, continue from the last number"
             )
 
     def _attempt(self, step: Callable[[], None]) -> None:
@@ -406,12 +406,12 @@ class LogStore:
     def _failure(self, error: OSError) -> StorageError:
         lost = sum(map(len, self._waiting))
         if self.acknowledged is not None:
-            safe = f"all up to sample {self.acknowledged} is stored"
+            safe = f"everything up to sample {self.acknowledged} is stored"
         else:
-            safe = "no sample is known to be on the disk" if self._in_a_file else "nothing was stored"
+            safe = "no sample is confirmed on disk" if self._in_a_file else "nothing was stored"
         after = " after it" if self.acknowledged is not None else ""
         return StorageError(
-            f"the run in {self.folder} cannot go on: {_said(error)}; {safe}"
+            f"the run in {self.folder} cannot continue: {_said(error)}; {safe}"
             + (f", the {lost} samples{after} may be lost" if lost else "")
         )
 

@@ -75,8 +75,8 @@ def sharpened(
     n = objective.pyramid.present
     if n > MOST_SAMPLES:
         raise LimitError(
-            f"{n} samples are too many for the exact engine (at most {MOST_SAMPLES}); use engine='composite', which "
-            "loses hardly any precision"
+            f"{n} samples are too many for the exact engine (at most {MOST_SAMPLES}); use "
+            f"engine='composite', with almost no loss of precision"
         )
     y = samples() / objective.scale
 

@@ -203,7 +203,8 @@ class LikelihoodProblem:
             if f * duration < FEWEST_PERIODS * (1 - 1e-9):
                 raise InputError(
                     f"a line at {f:g} Hz has {f * duration:.2g} periods in the record of {duration:g} s, and fewer "
-                    f"than {FEWEST_PERIODS:g} are not told from slow noise: leave that line out, or record at least "
+                    f"than {FEWEST_PERIODS:g} cannot be distinguished from slow noise: leave out that "
+                    f"line, or record at least "
                     f"{FEWEST_PERIODS / f:.3g} s"
                 )
         name = self.channel.name
@@ -449,8 +450,8 @@ def _refuse_no_noise(recording: Recording, name: str) -> NoReturn:
     spread = max(float(c.max()) for c in known if len(c)) - min(float(c.min()) for c in known if len(c))
     if 0 < spread < math.sqrt(_SMALLEST):
         raise DataQualityError(
-            f"channel {name!r} is too small for the squares of its samples to be numbers (they lie within {spread:.1g} "
-            f"{recording[name].unit}): give it in a smaller unit, with samples near one"
+            f"channel {name!r} has samples whose squares underflow (they are within {spread:.1g} "
+            f"{recording[name].unit}): use a smaller unit, with samples near one"
         )
     raise DataQualityError(f"channel {name!r} is constant: no noise is resolved (resolution limit)")
 

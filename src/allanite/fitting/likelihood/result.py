@@ -118,9 +118,7 @@ def _given(problem: LikelihoodProblem, letters: tuple[str, ...], confidence: flo
 
 def _refuse_nothing(*peaks: Peak) -> None:
     if not all(math.isfinite(p.log_likelihood) for p in peaks):
-        raise FitError(
-            "no sum of noise terms describes the record; look at the findings and at the time series"
-        )
+        raise FitError("no sum of noise terms describes the record; check the findings and the time series")
 
 
 # -- which families ---------------------------------------------------------------------------------------
@@ -198,13 +196,13 @@ def _with_verdict(models: list[NoiseModel], dt: float) -> list[NoiseModel]:
     facts = models[0].goodness
     if facts["left_out"]:
         text += (
-            f" What happens within {facts['shortest_tau']:.3g} s follows none of the sums of terms that were tried "
-            "(the sensor's filter, vibration) and is left out."
+            f" The noise within {facts['shortest_tau']:.3g} s fits none of the tested sums of terms (the "
+            f"sensor's filter, vibration) and is left out."
         )
     if facts["p"] < 0.01:
         text += (
-            f" The model does not explain the record well (p = {facts['p']:.1g}): something else is in it, and the "
-            "intervals do not hold that."
+            f" The model does not explain the record well (p = {facts['p']:.1g}): it contains something "
+            f"else, which the intervals do not include."
         )
     text += quick_words(models[0], dt) + stand_in_words(facts, "its Allan curve")
     return [replace(m, verdict=text) for m in models]

@@ -75,8 +75,8 @@ def _with_discrepancy(data: Ordinates, candidates: Sequence[tuple[str, ...]]) ->
     best = _solved(replace(data, discrepancy=_WORST), candidates)
     if _best(best) < _NOT_EXPLAINED:
         raise FitError(
-            f"no sum of noise terms explains the spectrum to {_WORST:.0%}: what is in the record is not the noise of a "
-            "sensor at rest; look at the findings, the spectrum and the time series"
+            f"no sum of noise terms explains the spectrum to {_WORST:.0%}: the record is not the noise of "
+            f"a sensor at rest; check the findings, the spectrum and the time series"
         )
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2

@@ -34,10 +34,10 @@ def spectral_findings(spectrum: Spectrum, reasons: Sequence[str], name: str) -> 
         message = f"{name}: spectral line{'s' if len(spectrum.lines) > 1 else ''} at {_listed(spectrum)}"
         if steady:
             whose = "it is" if len(spectrum.lines) == 1 else f"{steady} of them are"
-            message += f"; {whose} steady: taken out before the fit, and in the model as sinusoid"
+            message += f"; {whose} steady: removed before the fit, and a sinusoid of the model"
             message += "s" if steady > 1 else ""
         if steady < len(spectrum.lines):
-            message += f"; {plural(sum('line' in r for r in reasons), 'lag')} kept out of the fit"
+            message += f"; {plural(sum('line' in r for r in reasons), 'lag')} left out of the fit"
         findings.append(
             finding(
                 "spectral_line", message, severity=Severity.WARNING, channel=name, count=len(spectrum.lines)
@@ -49,7 +49,7 @@ def spectral_findings(spectrum: Spectrum, reasons: Sequence[str], name: str) -> 
             finding(
                 "band_limited",
                 f"{name}: the density falls above {spectrum.corner:.3g} Hz (the sensor's own filter); "
-                f"{plural(lags, 'lag')} kept out of the fit",
+                f"{plural(lags, 'lag')} left out of the fit",
                 severity=Severity.INFO,
                 channel=name,
                 count=lags,

@@ -132,15 +132,14 @@ def verdict_of(models: list[NoiseModel]) -> str:
     facts = models[0].goodness
     if facts["left_out"]:
         top = 0.5 / facts["shortest_tau"]
-        text += (
-            f" Frequencies above {top:.3g} Hz follow no sum of terms (the sensor's filter, vibration) and are left "
-            "out."
-        )
+        text += f" Frequencies above {top:.3g} Hz fit no sum of terms (the sensor's filter, vibration)"
+        text += " and are left out."
     if facts["discrepancy"]:
         error = f"{facts['discrepancy']:.1%}"
-        text += f" No sum of terms explains the spectrum better than to {error}; the intervals hold that."
+        text += f" No sum of terms explains the spectrum better than to {error}; the intervals include that."
     elif facts["p"] < 0.01:
         text += (
-            f" The model does not explain the spectrum well (p = {facts['p']:.1g}): there is something else."
+            f" The model does not explain the spectrum well (p = {facts['p']:.1g}): the record contains "
+            f"something else."
         )
     return text

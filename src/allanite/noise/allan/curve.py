@@ -49,8 +49,8 @@ LOCAL = "local power law at each lag; curve.with_model(model) gives the exact on
 #: What an interval by the local power law does not hold.
 _NOTES = {
     "theo1": "; the interval is that of Theo1, which is not the Allan deviation unless the noise is white",
-    "theobr": "; supposes that the noise keeps its kind beyond a tenth of the record",
-    "theoh": "; beyond a fifth of the record supposes that the noise keeps its kind",
+    "theobr": "; assumes the same type of noise beyond a tenth of the record",
+    "theoh": "; beyond a fifth of the record, assumes the same type of noise",
 }
 #: A full-length phase above this many bytes makes "auto" take the decimated engine.
 _EXACT_BYTES = 2 << 30
@@ -187,7 +187,7 @@ class AllanCurve:
             raise InputError("with_model needs the curve of one channel: curve['x'].with_model(model)")
         if not STATISTICS[self.statistic].has_exact_degrees:
             raise InputError(
-                f"the degrees of freedom of {self.statistic} under a model are not known; take oadev, haar, robust, "
+                f"the degrees of freedom of {self.statistic} under a model are unknown; use oadev, haar, robust, "
                 "theo1, theobr or theoh"
             )
         how = "exact" if self.statistic in ("oadev", "haar") else "degrees of freedom"
@@ -243,8 +243,8 @@ class AllanCurve:
         lags, first = np.unique(np.maximum(np.rint(t / dt), 1).astype(np.int64), return_index=True)
         if lags[-1] > n_samples // 2:
             raise InputError(
-                f"lag {t.max():g} s is longer than half of {n_samples} samples at {dt:g} s; "
-                "give the true length of the record"
+                f"lag {t.max():g} s is longer than half of {n_samples} samples at {dt:g} s; pass the true "
+                f"length of the record"
             )
         count = n_samples - 2 * lags + 1
         sigma = sigma[first] * abs(channel.scale)

@@ -141,7 +141,7 @@ def edf_greenhall(
     length = m // filter_ + m * order
     if n_points < length:
         raise DataQualityError(
-            f"lag of {m} samples: the record of {n_points - 1} samples holds no complete window"
+            f"lag of {m} samples: the record of {n_points - 1} samples has no complete window"
         )
     terms = 1 + stride * (n_points - length) // m
     reach = min(terms, (order + 1) * stride)

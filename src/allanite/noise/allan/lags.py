@@ -61,7 +61,7 @@ def _named(name: str, top: int) -> Lags:
         return steps[steps <= top]
     if name == "all":
         if top > _ALL_AT_MOST:
-            raise LimitError(f"taus='all' would be {top} lags; ask for a count per decade, e.g. taus=50")
+            raise LimitError(f"taus='all' would be {top} lags; use a count per decade, e.g. taus=50")
         return np.arange(1, top + 1, dtype=np.int64)
     raise InputError(
         f"taus must be 'octave', 'decade', 'all', a count per decade or an array of seconds, not {name!r}"

@@ -49,7 +49,7 @@ class LiveCurve:
         self.channels = tuple(channels[i] for i in self._places)
         if not self.channels or any(c.kind.integrated for c in self.channels):
             raise InputError(
-                "a live curve follows rates, accelerations and voltages; there is none, or an angle"
+                "a live curve follows rates, accelerations and voltages; the recording has none, or an angle"
             )
         self.rate, self.confidence = rate, confidence
         self._lags = decimable(np.int64(1) << np.arange(_OCTAVES, dtype=np.int64))

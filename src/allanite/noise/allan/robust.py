@@ -181,7 +181,9 @@ def edf(
         A model with a ramp: the windows have a mean, and (1) does not estimate AVAR.
     """
     if any(isinstance(t, Ramp) and t.R != 0 for t in model.terms):
-        raise InputError("the robust variance knows no ramp: take oadev, or remove the ramp first")
+        raise InputError(
+            "the robust variance is not available for a ramp: use oadev, or remove the ramp first"
+        )
     constants = biweight()
     powers = np.concatenate(([0.0], constants.series))
     out = np.empty(len(lags))

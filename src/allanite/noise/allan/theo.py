@@ -124,7 +124,7 @@ def ratio_lags(n_samples: int) -> Lags:
     last = (n_samples + 1) // 30 - 3
     if last < 0:
         raise DataQualityError(
-            f"the record has {n_samples} samples; the bias of Theo1 is known from 89 on: use theo1 or oadev"
+            f"the record has {n_samples} samples; the bias of Theo1 is known from 89 samples: use theo1 or oadev"
         )
     return np.unique(np.round(np.linspace(0, last, min(last + 1, _RATIOS))).astype(np.int64))
 

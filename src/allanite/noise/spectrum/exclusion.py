@@ -94,7 +94,7 @@ def without_spans(exclusion: Exclusion, tau: ArrayLike, spans: Sequence[tuple[fl
     for span in spans:
         if len(span) != 2 or not 0 <= span[0] <= span[1]:
             raise InputError(
-                f"exclude: {tuple(span)} is no span of averaging times: give (from, to) in seconds"
+                f"exclude: {tuple(span)} is not a span of averaging times: write (from, to) in seconds"
             )
         out |= (times >= span[0] * (1 - _CLOSE)) & (times <= span[1] * (1 + _CLOSE))
     reasons = [r or ("left out by hand" if o else "") for r, o in zip(exclusion.reasons, out, strict=True)]

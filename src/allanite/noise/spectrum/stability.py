@@ -187,7 +187,7 @@ def _judged(line: SpectralLine, a: Complex, how: _Demodulator, spectrum: Spectru
     """The line with intervals and the verdict of the test."""
     good = np.flatnonzero(np.isfinite(a.real))
     if len(good) < 2 * _FEWEST_PARTS:
-        return _unstable(line, a[good], "too few parts of the record are whole enough to test its phase")
+        return _unstable(line, a[good], "too few parts of the record are complete enough to test its phase")
     shift = _frequency_shift(a, good)  # cycles per hop
     still = a * np.exp(-2j * np.pi * shift * np.arange(len(a)))
     density = float(np.interp(line.frequency, spectrum.frequency, spectrum.background))
@@ -244,7 +244,7 @@ def _parts(a: Complex, good: NDArray[np.int64]) -> tuple[Complex, Array]:
 def _wandering(excess: float, mean: complex) -> str:
     share = math.sqrt(excess) / max(abs(mean), 1e-300)
     if share > 1:
-        return "amplitude and phase change through the record: no sinusoid"
+        return "amplitude and phase change during the record: not a sinusoid"
     return f"amplitude and phase wander by {share:.1%} of the line through the record: no sinusoid"
 
 

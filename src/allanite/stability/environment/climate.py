@@ -127,7 +127,7 @@ class Climate:
         if present < FEWEST:
             raise DataQualityError(
                 f"channel {channel!r} has samples in {plural(present, 'block')} of {blocks.dt:.3g} s; at least "
-                f"{FEWEST} are needed to tell an effect of the environment from noise"
+                f"{FEWEST} are needed to separate an effect of the environment from noise"
             )
         sampling = recording[channel].sampling if size == 1 else "mean"
         middle = np.asarray((np.arange(blocks.size) + 0.5) * blocks.dt, dtype=np.float64)
@@ -167,8 +167,8 @@ def _temperature(
     facts = recording[name]
     if name == channel or facts.kind in _NO_TEMPERATURE:
         raise InputError(
-            f"channel {name!r} is one of {facts.kind.value}, not of temperature: name another, or give its unit "
-            f"({unit_option([name], 'degC')})"
+            f"channel {name!r} is one of {facts.kind.value}, not of temperature: name another, or state "
+            f"its unit ({unit_option([name], 'degC')})"
         )
     # a column without an SI unit of its own stays in its unit, as everywhere
     scale, factor = (facts.scale, 1.0) if facts.kind in _SI else (1.0, facts.scale)

@@ -228,9 +228,7 @@ def _channel(recording: Recording, channel: str | None, temperature: str | None)
     able = [c.name for c in recording.channels if c.kind.noise_bearing and c.name != temperature]
     if len(able) != 1:
         raise InputError(
-            f"say which channel is meant: there are {', '.join(able)}"
-            if able
-            else "no channel carries sensor noise"
+            f"choose a channel: there are {', '.join(able)}" if able else "no channel carries sensor noise"
         )
     return able[0]
 
@@ -295,8 +293,8 @@ class _Case:
             return replace(made, action="modelled"), fitted, noise.best
         if cut > (1 - REMAINING) * length:
             raise DataQualityError(
-                f"{self.channel}: the warm-up takes {cut:.3g} s of a record of {length:.3g} s: too little is left to "
-                "characterize; model it (--warm-up model), or record longer"
+                f"{self.channel}: the warm-up takes {cut:.3g} s of a record of {length:.3g} s: the rest "
+                f"is too short to characterize; model it (--warm-up model), or record longer"
             )
         return replace(made, action="cut", cut=cut), (), noise.best
 

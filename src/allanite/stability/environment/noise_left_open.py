@@ -335,7 +335,7 @@ class _ScaledTable:
         level = float(np.mean(y[present]))
         spread = float(np.std(y[present]))
         if not spread > 1e-14 * abs(level):
-            raise DataQualityError("the samples do not vary: there is no noise to tell an effect from")
+            raise DataQualityError("the samples do not vary: there is no noise to compare an effect with")
         table = np.column_stack([np.ones(len(y)), columns, np.nan_to_num(y - level)])
         sizes = np.sqrt((table[present] ** 2).mean(axis=0))
         scales = np.where(sizes > 0, sizes, 1.0)

@@ -131,7 +131,7 @@ def _refuse_no_share(**values: float) -> None:
 def _named(records: Sequence[Record], names: Sequence[str] | None) -> list[Record]:
     """Records with the names given, or their own; equal ones are numbered."""
     if len(records) < 2:
-        raise InputError(f"{len(records)} record; a comparison needs two at least")
+        raise InputError(f"{len(records)} record; a comparison needs at least two")
     if names is not None and (len(names) != len(records) or len(set(names)) < len(names)):
         raise InputError(
             f"{len(records)} records need as many names, all different; given: {', '.join(names)}"
@@ -148,8 +148,8 @@ def _refuse_twins(series: Sequence[FittedChannel]) -> None:
     for a, b in itertools.combinations(series, 2):
         if np.array_equal(a.curve.deviation, b.curve.deviation, equal_nan=True):
             raise InputError(
-                f"{a.record} ({a.channel!r}) and {b.record} ({b.channel!r}) are the same samples; records that are "
-                "compared must be independent"
+                f"{a.record} ({a.channel!r}) and {b.record} ({b.channel!r}) are the same samples; "
+                f"compared records must be independent"
             )
 
 

@@ -264,7 +264,7 @@ def matched(
     if not common:
         held = "; ".join(f"{r.name}: {', '.join(r.channels)}" for r in records)
         raise InputError(
-            f"the records have no channel of one name ({held}); say which belong together, one name for each record"
+            f"the records have no common channel name ({held}); state the matching channels, one name for each record"
         )
     return [(name, (name,) * len(records)) for name in common]
 
@@ -293,7 +293,7 @@ def refuse_other_kinds(series: Sequence[FittedChannel]) -> None:
         if (other.kind, other.unit) != (first.kind, first.unit):
             raise InputError(
                 f"{other.record} ({other.channel!r}: {_measured(other)}) and {first.record} ({first.channel!r}: "
-                f"{_measured(first)}) do not measure the same; give both their units (--unit)"
+                f"{_measured(first)}) measure different quantities; state both units (--unit)"
             )
 
 

@@ -132,7 +132,7 @@ def _not_two_or_three(names: Sequence[str], bearing: Sequence[str]) -> str:
         # the others may have been left out when the log was read
         more = f"{enough[0]} and at least one more channel" if enough else "two or three channels"
         advice = f"name {more} of the log (--channels), or record the sensors into one log"
-    return f"noise is taken apart for two or three sensors{count}; {advice}"
+    return f"noise is separated for two or three sensors{count}; {advice}"
 
 
 def _signs(names: Sequence[str], opposite: Sequence[str]) -> Array:
@@ -153,7 +153,7 @@ def _phases(recording: Recording, names: Sequence[str], signs: Array) -> tuple[A
     present = n_samples - int((missing[:, 1] - missing[:, 0]).sum())
     if present < _FEWEST_SAMPLES:
         raise DataQualityError(
-            f"{listed(names)} have {present} samples in common; taking noise apart needs {_FEWEST_SAMPLES}"
+            f"{listed(names)} have {present} samples in common; separating the noise needs {_FEWEST_SAMPLES}"
         )
     return phases, missing
 
@@ -174,9 +174,7 @@ def _measured(phases: Array, missing: Spans, names: Sequence[str]) -> AllanMatri
     for i in range(len(names)):
         for j in range(i):
             if matrix.difference[0, i, j] <= _SAME * matrix.covariance[0, i, i]:
-                raise InputError(
-                    f"{names[j]} and {names[i]} hold the same samples: nothing can be told apart"
-                )
+                raise InputError(f"{names[j]} and {names[i]} have the same samples: nothing can be separated")
     return AllanMatrix(
         lags=lags[keep],
         covariance=matrix.covariance[keep],

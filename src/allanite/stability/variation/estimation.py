@@ -220,7 +220,7 @@ def _enough(cells: AllanCells, name: str) -> AllanCells:
     there = np.bincount(cells.row, minlength=len(cells.lags))
     keep = there[cells.row] >= FEWEST if len(cells) else np.zeros(0, dtype=np.bool_)
     if not keep.any():
-        raise DataQualityError(f"channel {name!r}: fewer than {FEWEST} windows hold samples and noise")
+        raise DataQualityError(f"channel {name!r}: fewer than {FEWEST} windows have samples and noise")
     return cells.where(keep)
 
 

@@ -105,8 +105,10 @@ def axis_facts(estimate: EarthRateEstimate) -> list[tuple[str, str]]:
 def unstated_words(first: str) -> str:
     """That nothing is stated beside the noise."""
     last = "g-sensitivity" if is_vertical(first) else "heading"
-    return f"The interval includes only the noise: no uncertainty of scale factor, latitude, tilt or "
-    f"{last} is stated."
+    return (
+        "The interval includes only the noise: no uncertainty of scale factor, latitude, tilt or "
+        f"{last} is stated."
+    )
 
 
 def _with_ends(component: AxisComponent, factor: float, unit: str) -> str:

@@ -117,7 +117,7 @@ class MeterSettings:
         if self.range_volts not in RANGES:
             raise InputError(f"3458A: range {self.range_volts!r} V; take one of {RANGES}")
         if self.nplc is not None and self.aperture is not None:
-            raise InputError("3458A: nplc and aperture say the same thing; give one of them")
+            raise InputError("3458A: nplc and aperture are alternatives; give one of them")
         if self.nplc is not None and not 0 < self.nplc <= 1000:
             raise InputError(f"3458A: nplc {self.nplc!r}; more than 0, at most 1000")
         if self.aperture is not None and not SHORTEST_APERTURE <= self.aperture <= LONGEST_APERTURE:
@@ -268,8 +268,8 @@ def numbers_of(query: str, answer: bytes) -> tuple[float, ...]:
             numbers.append(number)
         else:
             raise InstrumentError(
-                f"3458A: {query} answered {answer!r}, which is no number; something else talks on this line, or the "
-                "answer was damaged: clear the interface and try again"
+                f"3458A: {query} answered {answer!r}, which is not a number; another device is using this "
+                f"line, or the answer was corrupted: clear the interface and try again"
             )
     if not numbers:
         raise InstrumentError(f"3458A: {query} gave an empty answer; clear the interface and try again")

@@ -68,7 +68,7 @@ class Conversation:
             self._in_step = False
             raise InstrumentTimeout(
                 f"3458A: {query} got {answer!r} and no end of line within {timeout:g} s; is the address right, and "
-                "is the meter switched on and not held by another program?"
+                "is the meter switched on and not in use by another program?"
             )
         return answer.decode("ascii", "replace")
 
@@ -97,7 +97,7 @@ class Conversation:
             if not other:
                 raise InstrumentTimeout(
                     f"3458A: no answer to NRDGS? within {ANSWER:g} s; is it a 3458A, is the address right, and is it "
-                    "switched on and not held by another program?"
+                    "switched on and not in use by another program?"
                 )
         raise InstrumentError(
             f"3458A: NRDGS? answers {other!r} and not the number just set; is it a 3458A, and does another program use "

@@ -160,7 +160,7 @@ class HP3458A:
     def _set_up(self, talk: Conversation) -> Identity:
         if not talk.bring_to_rest():
             raise InstrumentError(
-                "3458A: it keeps talking after a device clear; is another program reading it? Switch it off and on"
+                "3458A: it keeps sending after a device clear; is another program reading it? Switch it off and on"
             )
         base, *rest = commands.base_lines(self._asked)
         sent = [*commands.CLEAR, base, *rest]
@@ -180,7 +180,7 @@ class HP3458A:
         model = talk.ask("ID?").strip()
         if model != "HP3458A":
             raise InstrumentError(
-                f"this is no 3458A: ID? answers {model!r} instead of 'HP3458A'; check the address"
+                f"this is not a 3458A: ID? answers {model!r} instead of 'HP3458A'; check the address"
             )
         firmware = talk.ask("REV?").strip()
         serial = f"CALNUM {talk.ask('CALNUM?').strip()}"
@@ -195,7 +195,8 @@ class HP3458A:
         errors = talk.ask("ERRSTR?").strip()
         if not errors.startswith("0"):
             raise InstrumentError(
-                f"3458A: it reports {errors!r} after its settings were sent; a setting is not one that this meter takes"
+                f"3458A: it reports {errors!r} after its settings were sent; the meter does not accept "
+                f"one of the settings"
             )
         self._settings = {"errors": errors}
 
@@ -253,12 +254,12 @@ class HP3458A:
         remarks: list[str] = []
         if self._out_of_step:
             self._recover()
-            remarks.append("settings asked back and armed again; the readings meanwhile are missing")
+            remarks.append("settings queried and armed again; the readings meanwhile are missing")
         elif stream.left <= 0:
             self._rearm(f"its counter of {self._asked.readings_per_arm} readings was full", remarks)
         heard = self._gather(stream, timeout)
         if not heard.data and self._count_is_over():
-            self._rearm("it ended its count before all of it was seen", remarks)
+            self._rearm("it ended its count before all readings arrived", remarks)
             heard = self._gather(stream, timeout)
         self._broken_off = heard.broken_off
         if not heard.data:

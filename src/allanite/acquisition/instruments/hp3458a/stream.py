@@ -20,7 +20,7 @@ from allanite.acquisition.instruments.hp3458a.pace import Pace
 
 __all__ = ["Decoded", "IntegerStream", "LineStream", "Stream"]
 
-STALLED = "it was silent for long and speaks again, perhaps switched off and on; left out until it was asked"
+STALLED = "it resumed after a long silence, perhaps switched off and on; left out until it was queried"
 SILENT = "{} reading(s) did not come while it was silent"
 LOST = "{} reading(s) did not come, by the clock; they may have been lost up to a second before this block"
 
@@ -142,7 +142,7 @@ class LineStream(_Arming):
         lines = parse_lines(self.rest + data, self.range_volts)
         self.rest = lines.rest
         remarks = [
-            f"rejected {line[:LONGEST_LINE]!r}, which is no reading of the {self.range_volts:g} V range"
+            f"rejected {line[:LONGEST_LINE]!r}, which is not a reading of the {self.range_volts:g} V range"
             for line in lines.rejected
         ]
         values, flags = lines.values, lines.flags
@@ -187,7 +187,7 @@ class LineStream(_Arming):
         """Take out lines that came twice: the clock says how many there are, equality which."""
         if len(twins) != surplus:
             remarks.append(
-                f"{surplus} reading(s) more than the clock allows, and not clear which; counter doubtful from here"
+                f"{surplus} reading(s) more than the clock allows, undetermined which; counter doubtful from here"
             )
             flags[0] |= Flag.DOUBTFUL | Flag.RESYNC
             self.pace.rebase()
@@ -233,7 +233,7 @@ class IntegerStream(_Arming):
         remarks: list[str] = []
         given, in_step = self._certain(stream, whole, wrong)
         if not in_step:
-            remarks.append("bytes out of step (some were lost or added); what is not certain was left out")
+            remarks.append("bytes out of step (some were lost or added); uncertain readings were left out")
         self.rest = stream[4 * given :]
         values, flags = values[:given], flags[:given]
         if placed and placed.surplus:

@@ -31,7 +31,7 @@ def wrong_in_dialogue(identity: IdentityQuery | None, **texts: Sequence[WireText
         try:
             groups = re.compile(identity.answer).groupindex
         except re.error as error:
-            yield ("identity", "answer"), f"is no regular expression: {error}"
+            yield ("identity", "answer"), f"is not a regular expression: {error}"
         else:
             if not groups.keys() & {"serial", "firmware"}:
                 yield ("identity", "answer"), "names no group: write for example 'SN (?P<serial>[0-9]+)'"
@@ -48,7 +48,7 @@ def wrong_in_channels(
     yield from wrong_measured(measured, where, sampling, aperture)
     for i, entry in enumerate(measured):
         if entry.limits is not None and not entry.limits[0] < entry.limits[1]:
-            yield (*where, i, "limits"), "the first one is not below the second"
+            yield (*where, i, "limits"), "the first one must be below the second"
 
 
 def wrong_in_frame(frame: BinaryFrame | None) -> Iterator[Fault]:
@@ -148,5 +148,8 @@ def wrong_in_lines(lines: TextLines | None) -> Iterator[Fault]:
         if lines.cells is not None and column >= lines.cells:
             yield (*place, "column"), f"column {column} of a line with {lines.cells} cells, counted from 0"
     if lines.counter is not None and lines.counter.step * 4 > lines.counter.modulus:
-        yield ("lines", "counter", "step"), "is more than a quarter of the modulus: gaps would not be seen"
+        yield (
+            ("lines", "counter", "step"),
+            "is more than a quarter of the modulus: gaps could not be detected",
+        )
     yield from _statuses(lines.status, [c.name for c in lines.columns], ("lines", "status"))

@@ -145,7 +145,7 @@ def read_description(path: str | os.PathLike[str]) -> Description:
     place = Path(path)
     entries_of_file, lines = read_yaml_lines(place, "description of a device")
     if not isinstance(entries_of_file, Mapping):
-        raise FormatError(f"{place} is no description of a device: it holds no entries like 'rate: 200'")
+        raise FormatError(f"{place} is not a description of a device: it has no entries like 'rate: 200'")
     return check_entries(Description, entries_of_file, str(place), lines, _contradictions)
 
 

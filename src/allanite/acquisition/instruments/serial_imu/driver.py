@@ -241,8 +241,8 @@ class SerialImu:
                 given = {name: text or b"" for name, text in match.groupdict().items()}
                 return {name: text.decode("latin-1").strip() for name, text in given.items()}
         raise InstrumentError(
-            f"{self._name}: no answer to the question for the identity within {question.seconds:g} s. Is it the "
-            f"device that the description is of ({self.description.model}), and {self.description.port.baud} baud?"
+            f"{self._name}: no answer to the identity query within {question.seconds:g} s. Is it the "
+            f"device of the description ({self.description.model}), and {self.description.port.baud} baud?"
         )
 
     def _give_up_halves(self, arrived: bool, now: int) -> None:
@@ -256,11 +256,11 @@ class SerialImu:
 
     def _refuse(self, timeout: float, heard: int) -> None:
         if not heard:
-            raise InstrumentTimeout(f"{self._name}: nothing came within {timeout:g} s")
+            raise InstrumentTimeout(f"{self._name}: no data within {timeout:g} s")
         fresh = self._framer.tally.since(self._told)
         raise InstrumentTimeout(
-            f"{self._name}: {heard} bytes came within {timeout:g} s but no sample of {self.description.model} "
-            f"({'; '.join(fresh.sentences()) or 'no whole frame yet'}). Do description and baud rate fit?"
+            f"{self._name}: {heard} bytes arrived within {timeout:g} s but no sample of {self.description.model} "
+            f"({'; '.join(fresh.sentences()) or 'no whole frame yet'}). Check the description and the baud rate"
         )
 
     def _block(self, samples: Samples, received: int) -> Block:
@@ -298,7 +298,7 @@ def _joined(parts: list[Samples]) -> Samples:
 
 #: Why a gap is where a device without a counter was silent.
 _UNCOUNTED = (
-    "nothing came for {:.2f} s from a device that does not count: the clock of the host says what is missing"
+    "nothing came for {:.2f} s from a device without a counter: the host clock determines the missing samples"
 )
 
 

@@ -65,7 +65,8 @@ class SerialPort:
             self._port.reset_input_buffer()
         except self._failures as error:
             raise InstrumentError(
-                f"{name} cannot be opened: {error}. Is the device there, is the port free, may you use it?"
+                f"{name} cannot be opened: {error}. Is the device connected, is the port free, and do you "
+                f"have permission?"
             ) from None
 
     def read(self, timeout: float) -> bytes:
@@ -82,7 +83,7 @@ class SerialPort:
             return bytes(first + self._port.read(self._port.in_waiting)) if first else b""
         except self._failures as error:
             raise InstrumentError(
-                f"{self.name} is gone: {error}. Is the cable in place? Open it again"
+                f"{self.name} disappeared: {error}. Check the cable and open it again"
             ) from None
 
     def write(self, payload: bytes) -> None:
@@ -96,7 +97,7 @@ class SerialPort:
         try:
             self._port.write(payload)
         except self._failures as error:
-            raise InstrumentError(f"{self.name} takes no bytes: {error}. Open it again") from None
+            raise InstrumentError(f"{self.name} accepts no bytes: {error}. Open it again") from None
 
     def close(self) -> None:
         """Give the port back; a port that is gone gives no error."""

@@ -27,7 +27,7 @@ class Tally:
     others : int
         Whole frames or lines of another kind.
     doubled, stale, stray : int
-        Frames that came a second time; that are older than the last one; whose counter fits to nothing.
+        Frames that came a second time; that are older than the last one; with an inconsistent counter.
     impossible : int
         Samples with a value beyond its limits.
     jumps, lost, restarts : int
@@ -63,14 +63,14 @@ class Tally:
         said_of_faults = []
         if self.skipped:
             said_of_faults.append(
-                f"skipped {_many(self.skipped, 'byte')} that belong to no whole frame{self._why()}"
+                f"skipped {_many(self.skipped, 'byte')} outside complete frames{self._why()}"
             )
         if self.doubled:
-            said_of_faults.append(f"dropped {_many(self.doubled, 'frame')} that came twice")
+            said_of_faults.append(f"dropped {_many(self.doubled, 'frame')} received twice")
         if self.stale:
             said_of_faults.append(f"dropped {_many(self.stale, 'frame')} older than the last one")
         if self.stray:
-            said_of_faults.append(f"dropped {_many(self.stray, 'frame')} whose counter fits to nothing")
+            said_of_faults.append(f"dropped {_many(self.stray, 'frame')} with an inconsistent counter")
         if self.impossible:
             said_of_faults.append(
                 f"left out values beyond their limits in {_many(self.impossible, 'sample')}"

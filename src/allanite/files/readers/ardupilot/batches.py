@@ -70,13 +70,15 @@ class SensorBatches:
         blocks = len(finished[0]) // _IN_BLOCK
         wanted = int(heads["smp_cnt"][of_sensor].astype(np.int64).sum()) // _IN_BLOCK
         batches = plural(int(of_sensor.sum()), "batch")
-        remarks = [f"{batches} with gaps between them: averaging times longer than a batch say little"]
+        remarks = [
+            f"{batches} with gaps between them: averaging times longer than a batch carry little information"
+        ]
         if blocks < wanted:
             remarks.append(
                 f"{wanted - blocks} of {wanted} blocks of {_IN_BLOCK} samples are missing from the log"
             )
         if lost:
-            remarks.append(f"{lost} blocks belong to no header and are left out")
+            remarks.append(f"{lost} blocks without a header are left out")
         return arrays, ["us", unit, unit, unit], remarks
 
 

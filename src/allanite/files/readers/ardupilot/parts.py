@@ -49,7 +49,7 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
     """
     records = find_records(Path(path))
     if not records.places or not any(len(p) for p in records.places.values()):
-        raise FormatError(f"{Path(path).name}: no record of this log is whole")
+        raise FormatError(f"{Path(path).name}: this log has no complete record")
     stated = _stated_units(records)
     parts: dict[str, tuple[FilePart, _PartPlace | batches.SensorBatches]] = {}
     for part, place in _parts(records, topic, stated):
@@ -89,7 +89,7 @@ def _loss(records: Records) -> list[str]:
     if records.skipped == 0:
         return []
     where = f"{records.skipped} bytes in {records.breaks} place(s)"
-    return [f"{where} belong to no whole record: they are passed over, and messages may be missing there"]
+    return [f"{where} are outside complete records and are skipped; messages may be missing there"]
 
 
 # -- what there is -----------------------------------------------------------------------------------------
@@ -209,7 +209,7 @@ def _columns(
         "ms" if clock == "TimeMS" else "us",
         *(_unit(form, c, stated.get(form.kind, {})) for c in wanted),
     ]
-    remarks_of_clock = [f"time is {clock}, when each sample was taken"] if clock == "SampleUS" else []
+    remarks_of_clock = [f"time is {clock}, the time of each sample"] if clock == "SampleUS" else []
     return arrays, units, remarks_of_clock + watched.remarks(arrays[heading])
 
 
@@ -259,7 +259,8 @@ class _Watched:
         sensor = max(self._rates.values(), default=0.0)
         if logged > 0 and sensor > 1.5 * logged:
             sentences.append(
-                f"the sensor runs at {sensor:.0f} Hz and is logged at {logged:.4g} Hz: filtered and picked by the "
-                "autopilot, so the noise is not that of the sensor; log GYR and ACC, or batches, for that"
+                f"the sensor runs at {sensor:.0f} Hz and is logged at {logged:.4g} Hz: the autopilot "
+                f"filters and decimates it, so the noise is not that of the sensor; log GYR and ACC, or "
+                f"batches, instead"
             )
         return sentences

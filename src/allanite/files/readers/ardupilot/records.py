@@ -108,9 +108,7 @@ def find_formats(data: NDArray[np.uint8]) -> tuple[dict[int, Format], list[str]]
                 )
             at = window.find(needle, at + 1)
     if not formats:
-        raise FormatError(
-            "no whole FMT record, which says what the others hold: the beginning of the log is lost"
-        )
+        raise FormatError("no complete FMT record, which defines the others: the start of the log is lost")
     return formats, list(odd)
 
 

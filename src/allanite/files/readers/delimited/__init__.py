@@ -184,7 +184,7 @@ def _kept_rows(lines: list[str], dialect: Dialect, variable: str | None, name: s
     """Which rows are read, where a column names several sensors."""
     keep = _identity(lines, dialect, variable, name)
     if variable is not None and keep is None:
-        raise InputError(f"{name} is one table: variable={variable!r} has no meaning for it")
+        raise InputError(f"{name} is one table: variable={variable!r} does not apply to it")
     return keep
 
 
@@ -205,8 +205,9 @@ def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: st
             continue
         if variable is None:
             raise InputError(
-                f"{name}: column {column + 1} ({dialect.headings[column] or 'no name'}) tells several sensors or "
-                f"records apart: {', '.join(values)}; choose one, as in --variable {for_shell(values[0])} "
+                f"{name}: column {column + 1} ({dialect.headings[column] or 'no name'}) distinguishes "
+                f"several sensors or records: {', '.join(values)}; choose one, as in --variable "
+                f"{for_shell(values[0])} "
                 "(variable= in Python)"
             )
         if variable not in values:
@@ -259,7 +260,7 @@ def _table(
         if k == "x" and i not in places_without_words
     ]
     if words:
-        guesses.append(f"columns of words left out: {', '.join(words)}")
+        guesses.append(f"text columns left out: {', '.join(words)}")
     source: dict[str, Any] = {"size_bytes": path.stat().st_size}
     source |= {"packed": stream.packed} if stream.packed else {}
     source |= facts_in(dialect.preamble)
@@ -339,7 +340,7 @@ def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
         return none, "none"
     if parse_unit(unit, tuple(QuantityKind)).quantity is QuantityKind.TIME:
         guesses.append(
-            f"the preamble says unit {unit}, a time: read as unknown (of a clock: --kind phase --unit {unit})"
+            f"the preamble states the unit {unit}, a time: read as unknown (for a clock: --kind phase --unit {unit})"
         )
         return none, "none"
     return shared_unit(unit, dialect.headings, guesses), "preamble"
@@ -359,7 +360,7 @@ def _units_in_turn(stated: list[str], dialect: Dialect, guesses: list[str]) -> t
         units[i] = fitting.pop() if len(fitting) == 1 else ""
     listed = ", ".join(dict.fromkeys(filter(None, stated)))
     taken = (
-        "each is taken where the name of a column allows no other" if any(units) else "none is taken (--unit)"
+        "each is used where the name of a column allows no other" if any(units) else "none is taken (--unit)"
     )
     guesses.append(f"the lines before the table state several units ({listed}): {taken}")
     return tuple(units)
@@ -376,8 +377,8 @@ def _questions(name: str, headings: Sequence[str], cells: TextColumns) -> dict[i
             )
             written = dates.sample(dates.orders[0])[0]
             questions[i] = (
-                f"{name}: the dates of column {i + 1} ({headings[i] or 'no name'}), such as {written}, do not tell "
-                f"the day from the month. Say which: {ways}; in Python time='{option}:{dates.orders[0]}'"
+                f"{name}: the dates of column {i + 1} ({headings[i] or 'no name'}), such as {written}, do "
+                f"not distinguish day and month. State which: {ways}; in Python time='{option}:{dates.orders[0]}'"
             )
     return questions
 

@@ -137,8 +137,8 @@ class TextColumns:
             counts = sorted({*self.ragged_counts, len(self.kinds)})
             raise FormatError(
                 f"{self.name}: rows of {', '.join(map(str, counts))} cells: {self.ragged} of {self.rows} rows do "
-                f"not have {len(self.kinds)}. Does a record run over several lines, or do several tables stand in one "
-                "file?"
+                f"not have {len(self.kinds)}. Does a record span several lines, or does the file contain "
+                f"several tables?"
             )
         return [self._finished(g, i) for g, i in zip(self.growing, self.used, strict=True)]
 

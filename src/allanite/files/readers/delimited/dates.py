@@ -201,7 +201,7 @@ def _clock(part: dict[str, str | None]) -> int:
         hour = int(str(part["H"]))
         if part.get("p"):
             if not 1 <= hour <= 12:
-                raise ValueError(f"{hour} is no hour of a clock of twelve hours")
+                raise ValueError(f"{hour} is not an hour of a 12-hour clock")
             hour = hour % 12 + (12 if str(part["p"]) in "Pp" else 0)
         seconds = (hour * 60 + int(str(part["M"]))) * 60 + int(part.get("S") or 0)
         total += seconds * 10**9 + int((part.get("f") or "0").ljust(9, "0"))
@@ -286,7 +286,7 @@ class DateColumn:
         clock, date = rest - _DAY, date.astype(np.int64)
         days = {order: np.array(table) for order in self._orders() if (table := self._in(order)) is not None}
         if not days:
-            raise ValueError(f"{self._sample()!r} and the others are no dates in any one order")
+            raise ValueError(f"{self._sample()!r} and the others are not dates in any single order")
         fitting = _continuing(days, date, clock)
         self.format, self.orders = self._name(fitting[0]), fitting if len(fitting) > 1 else ()
         moments: NDArray[Any] = days[fitting[0]].astype(np.int64)[date] * _DAY + clock

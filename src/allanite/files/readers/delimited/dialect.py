@@ -199,7 +199,7 @@ def _refuse_thousands(lines: Sequence[str], name: str) -> None:
     ]
     if len(marks) > 0.25 * len(lines):
         raise FormatError(
-            f"{name}: {marks[0]!r} has a sign between the thousands; write the numbers without it, as in "
+            f"{name}: {marks[0]!r} has a thousands separator; write the numbers without it, as in "
             f"{_without_thousands(marks[0])!r}"
         )
 
@@ -210,8 +210,8 @@ def _refuse_quoted_thousands(lines: Sequence[str], name: str) -> None:
     if len(quoted) > 0.25 * len(lines) and all(map(_QUOTED_THOUSANDS.fullmatch, quoted)):
         number = quoted[0]
         raise FormatError(
-            f"{name}: {number!r} is {number.replace(',', '')}, or {number.replace(',', '.')} with a decimal comma. "
-            "Write it without a sign between the thousands, or say --decimal , (decimal= in Python)"
+            f"{name}: {number!r} is {number.replace(',', '')}, or {number.replace(',', '.')} with a "
+            f"decimal comma. Write it without a thousands separator, or pass --decimal , (decimal= in Python)"
         )
 
 
@@ -231,13 +231,13 @@ def _refuse_other_rows(before: Sequence[str], vote: _Vote, quoted: bool, name: s
         listed = ", ".join(map(str, sorted({*counts, vote.count})))
         raise FormatError(
             f"{name}: rows of {listed} cells: {counts.total()} rows before the first with {vote.count}. "
-            "Do several tables stand in one file? Write each to a file of its own"
+            "If the file contains several tables, write each to a separate file"
         )
     for line in before:
         if match := _COMMON_FACTOR.fullmatch(line.strip()):
             raise FormatError(
-                f"{name}: the numbers have the common factor {match[1]} of a display of MATLAB, and few digits. "
-                "Write them with writematrix or save"
+                f"{name}: the numbers have the common factor {match[1]} of a MATLAB display, and few "
+                f"digits. Write them with writematrix or save"
             )
 
 
@@ -374,7 +374,7 @@ def _vote(
         single = next((v for v in votes if v.delimiter == "" and v.decimal == ","), None)
         if single is not None and single.score >= best.score and _one_number(lines, head):
             guesses.append(
-                "every line has one comma and its parts look like one number: read as a decimal comma "
+                "every line has one comma and looks like one number: read as a decimal comma "
                 "(delimiter=',' if these are two columns)"
             )
             return single
@@ -481,7 +481,7 @@ def _first_row(
         cells = split(line, vote.delimiter, quoted)
         if len(cells) == vote.count and _fits(cells, kinds, vote.decimal):
             return i
-    raise FormatError(f"{name}: the rows at the beginning are not like those that follow; is this one table?")
+    raise FormatError(f"{name}: the first rows differ from those that follow; is this one table?")
 
 
 def _first_record(head: Sequence[str], record: tuple[int, str]) -> int:
@@ -513,8 +513,8 @@ def _numeric_preamble(
         if len(cells) == vote.count and all(kind_of(c, vote.decimal) in "imo" for c in cells):
             if skip > first:
                 guesses.append(
-                    f"{skip - first} rows with decimals stand before {vote.count} columns of whole numbers: taken for "
-                    "parameters, not for samples"
+                    f"{skip - first} rows with decimals stand before {vote.count} columns of integers: "
+                    f"treated as parameters, not as samples"
                 )
             return skip
     return first

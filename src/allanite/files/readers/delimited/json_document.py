@@ -52,8 +52,8 @@ def as_lines(stream: TextStream, name: str) -> TextStream:
         return stream
     if stream.size > JSON_BYTES:
         raise LimitError(
-            f"{name} is one JSON document of {stream.size >> 20} MiB; up to {JSON_BYTES >> 20} MiB are read at once. "
-            "Write one object a line, or a table: CSV or Parquet"
+            f"{name} is one JSON document of {stream.size >> 20} MiB; up to {JSON_BYTES >> 20} MiB can be "
+            f"read. Write one object per line, or a table: CSV or Parquet"
         )
     text = stream.file.read()
     refuse_more(
@@ -61,16 +61,16 @@ def as_lines(stream: TextStream, name: str) -> TextStream:
         JSON_OBJECTS,
         "objects and lists",
         name,
-        "Write one object a line",
+        "Write one object per line",
     )
     try:
         document = json.loads(text.replace(b"\x00", b"").decode(stream.codec, "replace"))
     except (ValueError, RecursionError) as error:
-        raise FormatError(f"{name} is JSON, and damaged: {error}") from None
+        raise FormatError(f"{name} is damaged JSON: {error}") from None
     samples = _samples(document, 0)
     if samples is None:
         raise FormatError(
-            f"{name} is JSON, and no log of samples: write them as a table, CSV or Parquet, or one object a line"
+            f"{name} is JSON, but not a log of samples: write them as a table, CSV or Parquet, or one object per line"
         )
     facts = _facts(document) if isinstance(document, dict) else []
     stream.file.close()

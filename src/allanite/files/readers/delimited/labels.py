@@ -353,8 +353,8 @@ def _refuse_joined(lines: Sequence[str], name: str) -> None:
         return
     pairs = [f"{label}={number}" for label, number in _PAIR.findall(joined[0][1])]
     raise FormatError(
-        f"{name}: labels and numbers run into each other in {joined[0][1].strip()[:40]!r}. Write a blank or a comma "
-        f"between the pairs and = behind each label, as in {' '.join(pairs[:_PARTS_SHOWN])!r}"
+        f"{name}: labels and numbers are not separated in {joined[0][1].strip()[:40]!r}. Write a blank or a comma "
+        f"between the pairs and = after each label, as in {' '.join(pairs[:_PARTS_SHOWN])!r}"
     )
 
 
@@ -397,11 +397,11 @@ def _decimal_of(lines: Sequence[str], stated: str | None, name: str, guesses: li
     parts = [match[1] for value in written if (match := re.match(r"[+-]?\d+,(\d+)", value))]
     if len({len(part) for part in parts}) > 1 and not any(len(part) > 1 and part[0] == "0" for part in parts):
         raise InputError(
-            f"{name}: a value such as {written[0]!r} is one number with a decimal comma, or two. Say which: --decimal "
-            ", or --decimal . (decimal= in Python)"
+            f"{name}: a value such as {written[0]!r} is either one number with a decimal comma, or two. "
+            f"State which: --decimal , or --decimal . (decimal= in Python)"
         )
     guesses.append(
-        "every comma stands between two digits: read as a decimal comma (--decimal . if it parts two numbers)"
+        "every comma is between two digits: read as a decimal comma (--decimal . if it separates two numbers)"
     )
     return ","
 
@@ -446,9 +446,9 @@ def _chosen(parts: list[list[Key]], variable: str | None, name: str) -> tuple[li
     shown = "; ".join(", ".join(label for label, _ in part) for part in parts[:_PARTS_SHOWN])
     more = f"; and {len(parts) - _PARTS_SHOWN} more" if len(parts) > _PARTS_SHOWN else ""
     raise InputError(
-        f"{name}: labels that are never in one line: {shown}{more}. If these are records of several kinds, choose one "
-        f"by a label of it, --variable {for_shell(parts[0][0][0])} (variable= in Python); if a sample "
-        "runs over several lines, write each to one line"
+        f"{name}: labels that never share a line: {shown}{more}. If these are records of several types, "
+        f"choose one by one of its labels, --variable {for_shell(parts[0][0][0])} (variable= in Python); "
+        f"if a sample spans several lines, write it to one line"
     )
 
 

@@ -146,8 +146,8 @@ class Lvm:
         same = (segment.names, segment.units) == (self.first.names, self.first.units)
         if not same or abs(segment.delta[0] - self.first.delta[0]) > _CLOSE * self.first.delta[0]:
             raise FormatError(
-                f"{self.name}: segment {self.segments + 1} has other channels, units or another interval than the "
-                "first one; write segments of one kind to a file of their own"
+                f"{self.name}: segment {self.segments + 1} differs from the first one in channels, units "
+                f"or interval; write segments of one kind to a separate file"
             )
         if self.segments and segment.x0[0] <= self._last and None not in (segment.moment, self.first.moment):
             self._begin = ((segment.moment or 0) - (self.first.moment or 0)) * 1e-9
@@ -188,8 +188,8 @@ def find_lvm(lines: Sequence[str], variable: str | None, codec: str, name: str) 
     end = None if at is None else next((i for i in range(at, len(lines)) if lines[i].startswith(_END)), None)
     if at is None or end is None or end + 1 >= len(lines):
         raise FormatError(
-            f"{name}: a LabVIEW measurement file without the header of a segment (Channels, ..., {_END}); delete its "
-            "first lines to have the rest read as a plain table"
+            f"{name}: a LabVIEW measurement file without the header of a segment (Channels, ..., {_END}); "
+            f"delete its first lines to read the rest as a plain table"
         )
     header = list(lines[at : end + 2])
     unit = _unit_of_x(_tags(header, sign), name)
@@ -228,8 +228,8 @@ def _unit_of_x(tags: dict[str, list[str]], name: str) -> str:
         dimension = dimension if dimension.lower() != "time" else unit
     if dimension.lower() != "time":
         raise FormatError(
-            f"{name}: its X axis is {dimension!r}, not time: this is no log of samples. Save the samples before the "
-            "analysis"
+            f"{name}: its X axis is {dimension!r}, not time: this is not a log of samples. Save the "
+            f"samples before the analysis"
         )
     return unit
 
@@ -246,7 +246,7 @@ def _segment(
     values = tuple(i for i, cell in enumerate(cells) if cell not in ("", "X_Value", "Comment"))
     if not cells or cells[0] != "X_Value" or not values:
         raise FormatError(
-            f"{name}: no line of channel names (X_Value, name, ...) behind the header of a segment"
+            f"{name}: no line of channel names (X_Value, name, ...) after the header of a segment"
         )
     count = len(values)
     times = tuple(-1 if columns == "No" else i - 1 if columns == "Multi" else 0 for i in values)
@@ -286,7 +286,7 @@ def _chosen(segment: _LabviewSegment, variable: str | None, name: str) -> _Labvi
             f"--variable {for_shell(one)} (every {step:g} s)"
             for one, step in zip(segment.names, segment.delta, strict=True)
         )
-        raise InputError(f"{name}: channels with clocks of their own; read one: {ways}")
+        raise InputError(f"{name}: channels with separate clocks; read one: {ways}")
     return segment
 
 

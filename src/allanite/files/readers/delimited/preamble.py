@@ -44,7 +44,7 @@ def rate_in(preamble: Sequence[str]) -> tuple[float | None, str, tuple[str, ...]
         return None, "", ()
     guesses: tuple[str, ...] = ()
     if len({round(r, 9) for r, _ in rates}) > 1:
-        guesses = (f"several rates in the preamble: {rates[0][1]!r} is taken",)
+        guesses = (f"several rates in the preamble: {rates[0][1]!r} is used",)
     return rates[0][0], f"preamble: {rates[0][1]}", guesses
 
 

@@ -162,7 +162,7 @@ def choose_kind(
     if variable is None and not any(p.rank < _rank("") for p in parts):
         options = ", ".join(f"--variable {for_shell(kind)}" for kind in known)
         raise InputError(
-            f"{name}: lines of several kinds: {'; '.join(listed(parts))}; choose one: {options} (variable= in Python)"
+            f"{name}: lines of several types: {'; '.join(listed(parts))}; choose one: {options} (variable= in Python)"
         )
     if variable is not None and variable not in known:
         raise InputError(f"{name}: no lines of kind {variable!r}; there are: {'; '.join(listed(parts))}")
@@ -180,8 +180,8 @@ def _kind_of_channels(kinds: Iterable[str], channels: Sequence[str], name: str) 
             by_kind.setdefault(max(fitting, key=len), word)
     if len(by_kind) > 1:
         raise InputError(
-            f"{name}: the channels {', '.join(by_kind.values())} are of different kinds of lines, and one kind is read "
-            f"at a time: {' or '.join(f'--channels {for_shell(word)}' for word in by_kind.values())}"
+            f"{name}: the channels {', '.join(by_kind.values())} are in different types of lines, and one "
+            f"type is read at a time: {' or '.join(f'--channels {for_shell(word)}' for word in by_kind.values())}"
         )
     return next(iter(by_kind), None)
 

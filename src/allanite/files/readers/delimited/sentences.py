@@ -234,7 +234,7 @@ def find_sentences(lines: Sequence[str], variable: str | None, name: str) -> Sen
     kinds = Counter(s.kind for s in sentences)
     kind, guesses = _chosen(kinds, variable, name)
     if digits and compute is None:
-        guesses.append("the checksums behind '*' are of no kind that is known: the sentences are not checked")
+        guesses.append("the checksums after '*' are of an unknown type: the sentences are not checked")
     ours = [s for s in sentences if s.kind == kind]
     led = [s.before for s in ours if s.before]
     places = 1 if 2 * len(led) > len(ours) else 0
@@ -303,7 +303,7 @@ def _chosen(kinds: Counter[str], variable: str | None, name: str) -> tuple[str, 
             "(variable= in Python)"
         )
     return left[0], [
-        f"sentences of several kinds ({_listed(kinds)}): {left[0]} is read; --variable chooses another one"
+        f"sentences of several kinds ({_listed(kinds)}): {left[0]} is read; --variable selects another one"
     ]
 
 

@@ -83,7 +83,9 @@ def opened(path: Path) -> TextStream:
         file.seek(0)
         if not is_text(probe):
             file.close()
-            raise FormatError(f"{path.name}: what is packed in it is not text; unpack it and read the result")
+            raise FormatError(
+                f"{path.name}: it does not contain compressed text; unpack it and read the result"
+            )
     mark = next((m for m in _MARKS if magic.startswith(m)), b"")
     encoding = _MARKS.get(mark, "")
     file.seek(len(mark))
@@ -135,7 +137,7 @@ def _unpacked(file: IO[bytes], kind: str, name: str) -> Iterator[bytes]:
     except (zlib.error, lzma.LZMAError, OSError, EOFError) as error:
         raise FormatError(f"{name}: damaged {kind} file ({error})") from None
     if not engine.eof:
-        raise FormatError(f"{name}: the {kind} file is cut")
+        raise FormatError(f"{name}: the {kind} file is truncated")
 
 
 def _transcoded(file: IO[bytes], encoding: str, name: str) -> Iterator[bytes]:
@@ -248,5 +250,5 @@ def _refuse_long_lines(piece: bytes, line: int, name: str) -> None:
 
 def _too_long(name: str, line: int) -> LimitError:
     return LimitError(
-        f"{name}, line {line}: longer than {_LONGEST_LINE >> 20} MiB; no log has such lines, refused"
+        f"{name}, line {line}: longer than {_LONGEST_LINE >> 20} MiB; no log has such lines: refused"
     )

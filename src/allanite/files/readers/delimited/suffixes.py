@@ -75,11 +75,10 @@ def unit_behind(suffixes: Mapping[str, tuple[int, int]], stated: str, where: str
     if factors or (units and len(suffixes) > 1):
         unit = " and ".join(lines[s] for s in suffixes)
         raise FormatError(
-            f"{where}: {unit} behind the numbers: they are not of one unit. Write the column in one unit"
+            f"{where}: {unit} after the numbers: the column has several units. Write it in one unit"
         )
     if units and stated and units[0] != stated:
         raise FormatError(
-            f"{where}: the heading says {stated!r}, but {lines[units[0]]} follows the numbers. Remove the one "
-            "that is wrong"
+            f"{where}: the heading says {stated!r}, but {lines[units[0]]} follows the numbers. Remove the wrong one"
         )
     return units[0] if units else ""

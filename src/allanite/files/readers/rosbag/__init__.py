@@ -48,7 +48,7 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         It needs more memory or time than it may, or unpacks to too much.
     DataQualityError
-        The topic holds no messages.
+        The topic has no messages.
     """
     require("rosbags", "ros", path, "a ROS recording")
     size = _size(path)
@@ -63,7 +63,7 @@ def read(path: Path, options: Options) -> Table:
     headings = tuple(head["headings"])
     rows = len(arrays[headings[0]])
     if rows == 0:
-        raise DataQualityError(f"{path.name}: topic {head['source']['topic']} holds no messages")
+        raise DataQualityError(f"{path.name}: topic {head['source']['topic']} has no messages")
     columns: list[Column] = [ArrayColumn(arrays[h]) for h in headings]
     for companion in head["companions"]:
         columns.append(_sparse(ArrayColumn(arrays[companion["name"]]), arrays[companion["rows"]], rows))

@@ -71,15 +71,15 @@ class Bag1(Chunked):
         version = self._file.readline(40).strip()
         if version != b"#ROSBAG V2.0":
             raise FormatError(
-                f"{self._name}: {version[:20].decode('latin-1')} is not read, only version 2.0; convert it with "
+                f"{self._name}: {version[:20].decode('latin-1')} is not supported, only version 2.0; convert it with "
                 "'rosbag fix'"
             )
         try:
             op, fields, _ = self._record()
         except Torn:
-            raise FormatError(f"{self._name}: the bag breaks off in its header") from None
+            raise FormatError(f"{self._name}: the bag ends within its header") from None
         if op != _BAG:
-            raise FormatError(f"{self._name}: the first record is no bag header")
+            raise FormatError(f"{self._name}: the first record is not a bag header")
         if fields.get(b"encryptor"):
             raise FormatError(f"{self._name}: the bag is encrypted")
         self._begin = self._file.tell()
@@ -144,7 +144,7 @@ class Bag1(Chunked):
     def _read_index(self, place: int) -> bool:
         """Connections and chunks out of the index at the end; False if there is none that can be read."""
         if not self._begin <= place < self._size:
-            self.remarks.append("the bag was not closed and has no index: its chunks are walked one by one")
+            self.remarks.append("the bag was not closed and has no index: its chunks are read one by one")
             return False
         chunks: list[tuple[int, frozenset[int]]] = []
         self._file.seek(place)
@@ -161,7 +161,7 @@ class Bag1(Chunked):
                     )
         except (Torn, FormatError, KeyError):
             self._found, self._counts = {}, Counter()
-            self.remarks.append("the index of the bag is damaged: its chunks are walked one by one")
+            self.remarks.append("the index of the bag is damaged: its chunks are read one by one")
             return False
         self._chunks, self._end = sorted(chunks, key=lambda c: c[0]), place
         return True

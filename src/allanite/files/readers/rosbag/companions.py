@@ -106,7 +106,7 @@ def companions_of(
             continue
         if len(topics) > 1 and _shared(topics[0], topic) == _shared(topics[1], topic):
             remarks.append(
-                f"{', '.join(layout.names)} could be any of {', '.join(topics)}: none is kept beside {topic}"
+                f"{', '.join(layout.names)} could be any of {', '.join(topics)}: none is added to {topic}"
             )
             continue
         places = {id(c): (i, c.key) for i, s in enumerate(storages) for c in s.connections}
@@ -149,13 +149,13 @@ def beside(
             stamps = received
         rows, kept, why = _rows(time, stamps)
         if why:
-            remarks.append(f"{companion.topic} ({companion.connection.kind}) is not kept beside: {why}")
+            remarks.append(f"{companion.topic} ({companion.connection.kind}) is not added: {why}")
             continue
         away = len(stamps) - len(kept)
-        more = f"; {plural(away, 'sample')} outside, or sharing a sample of it, left out" if away else ""
+        more = f"; {plural(away, 'sample')} outside, or sharing an IMU sample, left out" if away else ""
         remarks.append(
-            f"beside: {', '.join(names)} from {companion.topic}, each sample at the nearest one of the IMU, none "
-            f"between{more}"
+            f"beside: {', '.join(names)} from {companion.topic}, each sample at the nearest IMU sample, "
+            f"none between{more}"
         )
         key = f"rows {names[0]}"
         for name, unit, values in zip(names, companion.layout.units, numbers, strict=True):

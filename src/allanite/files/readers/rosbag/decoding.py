@@ -119,8 +119,9 @@ class Decoder:
             if len(stamps) - before > 1 and len(set(stamps[before:])) == 1 and stamps[before]:
                 one = f"{self.connection.topic}.{self.place.at(0)}"
                 raise InputError(
-                    f"topic {self.connection.topic}: {self.place} holds {len(stamps) - before} samples of one moment: "
-                    f"several instruments? Choose one: --topic {for_shell(one)} (topic= in Python)"
+                    f"topic {self.connection.topic}: {self.place} holds {len(stamps) - before} samples "
+                    f"with the same time: several instruments? Choose one: --topic {for_shell(one)} "
+                    f"(topic= in Python)"
                 )
             counts.append(len(stamps) - before)
         table = np.array(numbers, dtype=np.float64).reshape(len(numbers), len(self.layout.names))

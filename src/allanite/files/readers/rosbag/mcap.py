@@ -122,7 +122,7 @@ class Mcap(Chunked):
         self._file.seek(max(self._size - _FOOTER_BYTES, 0))
         tail = self._file.read()
         if len(tail) < _FOOTER_BYTES or not tail.endswith(MAGIC) or tail[0] != _FOOTER:
-            self.remarks.append("the file was not finished: it is read as far as it goes")
+            self.remarks.append("the file is incomplete: it is read as far as it goes")
             return False
         (start,) = struct.unpack_from("<Q", tail, 9)
         end = self._size - _FOOTER_BYTES
@@ -132,7 +132,7 @@ class Mcap(Chunked):
             for op, content in self._records(start, end, (_SCHEMA, _CHANNEL, _STATISTICS, _CHUNK_INDEX)):
                 self._understand(op, content)
         except (Torn, FormatError):
-            self.remarks.append("the summary of the file is damaged: it is walked record by record")
+            self.remarks.append("the summary of the file is damaged: it is read record by record")
             self._schemas, self._found, self._counts, self._chunks = {}, {}, Counter(), None
             return False
         if not self._found or not self._counts or not all(c.kind for c in self._found.values()):
@@ -193,7 +193,7 @@ class Mcap(Chunked):
         packed = content[record.at : record.at + length]
         chunk = unpacked(packed, compression, size, self._name)
         if checksum and crc32(chunk) != checksum:
-            raise FormatError(f"{self._name}: a chunk does not have the checksum that is written with it")
+            raise FormatError(f"{self._name}: a chunk does not match its checksum")
         return chunk
 
     def _messages(self, chunk: bytes, wanted: frozenset[int] | None) -> Batch:

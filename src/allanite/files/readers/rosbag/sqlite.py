@@ -41,8 +41,8 @@ class Sqlite:
         left = path.with_name(path.name + "-wal")
         if left.exists() and left.stat().st_size:
             self.remarks.append(
-                f"{left.name} holds messages that were not yet moved into {path.name}: they are not read; "
-                "'sqlite3 FILE .quit' moves them"
+                f"{left.name} holds messages that are not yet in {path.name}: they are not read; 'sqlite3 "
+                f"FILE .quit' moves them"
             )
         try:
             self._base.execute("PRAGMA trusted_schema = OFF")
@@ -62,7 +62,7 @@ class Sqlite:
             "VIRTUAL" in tables[t].upper() for t in ("topics", "messages")
         ):
             raise InputError(
-                f"{self._name}: an SQLite database, but no recording of ROS 2; its tables: "
+                f"{self._name}: an SQLite database, but not a ROS 2 recording; its tables: "
                 f"{', '.join(map(str, tables)) or 'none'}"
             )
         definitions: dict[str, tuple[str, str]] = {}

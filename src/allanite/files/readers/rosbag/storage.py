@@ -125,10 +125,10 @@ class Chunked(ABC):
         """Messages of the connections that are wanted; of all of them, without their bytes, where that is None."""
 
     def _no_chunk(self, place: int) -> FormatError:
-        return FormatError(f"{self._name}: the index names a chunk at byte {place}, there is none")
+        return FormatError(f"{self._name}: the index names a chunk at byte {place}, but there is none")
 
     def _remark_torn(self) -> None:
-        remark = f"the file breaks off at byte {self._size} in the middle of a record: what follows is lost"
+        remark = f"the file ends at byte {self._size} within a record: the rest is lost"
         if remark not in self.remarks:
             self.remarks.append(remark)
 
@@ -162,7 +162,7 @@ def unpacked(data: bytes, compression: str, size: int, name: str) -> bytes:
         except (pa.ArrowException, OSError, ValueError) as error:
             raise FormatError(f"{name}: a chunk is damaged ({str(error)[:100]})") from None
     else:
-        raise FormatError(f"{name}: chunks packed with {compression[:40]!r}, which is not known")
+        raise FormatError(f"{name}: chunks packed with {compression[:40]!r}, which is unknown")
     if len(content) != size:
-        raise FormatError(f"{name}: a chunk of {len(content)} bytes, {size} were promised")
+        raise FormatError(f"{name}: a chunk of {len(content)} bytes instead of the declared {size}")
     return content

@@ -159,7 +159,7 @@ class _Choice:
         store = typestore_of(connection)
         if store is None:
             raise FormatError(
-                f"topic {connection.topic}: the definition of {connection.kind} cannot be understood"
+                f"topic {connection.topic}: the definition of {connection.kind} cannot be parsed"
             )
         return Decoder(connection=connection, store=store, layout=IMU, place=self.place)
 
@@ -209,8 +209,8 @@ def _choose(storages: Sequence[Storage], topic: str | None, name: str) -> _Choic
     same = {k: c for k, c in everything.items() if (c.topic, c.kind) == (connection.topic, connection.kind)}
     if not place.standard:
         guesses.append(
-            f"{connection.kind} has the fields of an Imu, but another name: its units are not known; give them "
-            "(--unit gyro=rad/s,acc=m/s²)"
+            f"{connection.kind} has the fields of an Imu, but another name: its units are unknown; state "
+            f"them (--unit gyro=rad/s,acc=m/s²)"
         )
     return _Choice(name_read, place, same, guesses)
 
@@ -335,7 +335,7 @@ def _told(choice: _Choice, lots: dict[tuple[int, int], _Lots]) -> list[str]:
     there = sum(lot.count for lot in lots.values())
     if listed == there:
         return []
-    return [f"the recording lists {listed} messages of {choice.topic}; {there} are there"]
+    return [f"the recording lists {listed} messages of {choice.topic}, but has {there}"]
 
 
 def _finished(
