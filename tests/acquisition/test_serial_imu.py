@@ -148,7 +148,7 @@ def test_every_fault_is_told_at_once_with_its_line(tmp_path: Path) -> None:
         "line 8, frame.fields[1].type: is missing",
         "line 8, frame.fields[1].typ: is not a known entry",
         "line 9, frame.checksum.kind:",
-        "line 10, color: is no entry",
+        "line 10, color: is not a known entry",
     ):
         assert wanted in told
     assert "has 7 faults" in told

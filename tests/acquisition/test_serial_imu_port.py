@@ -161,7 +161,7 @@ def test_silence_and_garbage_are_two_kinds_of_timeout() -> None:
     with pytest.raises(InstrumentError, match="not open"):
         device.read(0.1)
     device.open()
-    with pytest.raises(InstrumentTimeout, match=r"nothing came within 0\.05 s"):
+    with pytest.raises(InstrumentTimeout, match=r"no data within 0\.05 s"):
         device.read(0.05)
     device = SerialImu("p", imu(), connect=Wire(b"\xa5\x5a" * 100))
     device.open()

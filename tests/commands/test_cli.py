@@ -138,7 +138,7 @@ def test_the_choices_are_those_of_the_library() -> None:
         (["report", "gyro.csv", "-o", "r.html"], "not JSON"),
         (
             ["simulate", "gyro.csv", "--rate", "10", "--duration", "9", "-o", "x.csv"],
-            "give a study (study.json of",
+            "expected a study (study.json of",
         ),
         (["simulate", "N=0.3 deg/h", "--rate", "10", "--duration", "9", "-o", "x.csv"], "deg/√h"),
         (["simulate", "N=0.3 deg/√h", "--duration", "9", "-o", "x.csv"], "--rate"),

@@ -348,7 +348,7 @@ def test_the_command(run: Run, tmp_path: Path) -> None:
         (["positions", *WORDS, "--goal", "scale=1%"], 2, "write gyro.scale"),
         (["positions", *WORDS, "--heading"], 2, "--latitude"),
         (["positions"], 2, "--model"),
-        (["positions", "--model", "N=0.3 deg/√h", "--model", "N=0.4 deg/√h"], 1, "another model of 'gyro'"),
+        (["positions", "--model", "N=0.3 deg/√h", "--model", "N=0.4 deg/√h"], 1, "second model of 'gyro'"),
         ([], 2, "Missing option '--model'"),
         (["--model", "N=0.3 deg/√h"], 2, "Missing option '--latitude'"),
     ],

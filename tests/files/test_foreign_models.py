@@ -175,7 +175,7 @@ PART: dict[str, Any] = {"Gyroscope": {"NoiseDensity": 1e-4}}
         (IMU_UTILS, InputError, "bias instabilities, not random walks"),
         (
             "%YAML:1.0\nimu_topic: /imu0\nacc_n: 0.1\ngyr_n: 0.01\nacc_w: 0.001\ngyr_w: 1.0e-4\n", InputError,
-            "of one step at the rate of the IMU",
+            "one step at the rate of the IMU",
         ),
         (
             "imu_topic: /imu\nimu_rate: 400\nmeasure_rate: 100\nsequence_time: 10800\n", InputError,
@@ -184,12 +184,12 @@ PART: dict[str, Any] = {"Gyroscope": {"NoiseDensity": 1e-4}}
         (KALIBR.replace("gyroscope_noise_density", "gyroscope_noise_densty"), InputError,
          "did you mean 'gyroscope_noise_density'"),
         (KALIBR.replace("gyroscope_noise", "gyroscop_noise"), InputError, "did you mean 'gyroscope_noise_density'"),
-        ("gyroscope_noise_density: 1.0e-4\n", InputError, "stands without gyroscope_random_walk"),
-        ("gyroscope_noise_density:\ngyroscope_random_walk:\n", InputError, "open: fill in gyroscope_noise_density"),
+        ("gyroscope_noise_density: 1.0e-4\n", InputError, "needs gyroscope_random_walk"),
+        ("gyroscope_noise_density:\ngyroscope_random_walk:\n", InputError, "fill in gyroscope_noise_density"),
         ("gyroscope_noise_density: 0\ngyroscope_random_walk: 0\n", InputError, "is zero: that is not"),
-        (KALIBR.replace("1.7e-4", "'about 1e-4'"), FormatError, "is no number"),
+        (KALIBR.replace("1.7e-4", "'about 1e-4'"), FormatError, "is not a number"),
         (KALIBR.replace("1.7e-4", "-1.7e-4"), FormatError, "negative"),
-        (KALIBR.replace("1.7e-4", ".inf"), FormatError, "no number"),
+        (KALIBR.replace("1.7e-4", ".inf"), FormatError, "not a number"),
         (KALIBR.replace("200.0", "0"), FormatError, "update_rate is zero"),
         ("{", FormatError, "is not YAML"),
     ],
@@ -206,7 +206,7 @@ def test_what_is_refused(text: str, error: type[Exception], words: str, tmp_path
         ({"Gyroscope": {"NoiseDensty": 1e-4}}, InputError, "did you mean 'NoiseDensity'"),
         ({"Gyroscope": {"NoiseDensity": 1e-4, "NoiseType": "one-sided"}}, InputError, "did you mean 'single-sided'"),
         ({"Gyroscope": {"NoiseDensity": [1e-4, 1e-4]}}, FormatError, "has 2 values"),
-        ({"Gyroscope": {"NoiseDensity": "small"}}, FormatError, "no number"),
+        ({"Gyroscope": {"NoiseDensity": "small"}}, FormatError, "not a number"),
         ({"Gyroscope": {"NoiseDensity": 0}}, InputError, "is zero: that is not"),
         (
             {"Gyroscope": {"NoiseDensity": 1, "BiasInstability": 1, "BiasInstabilityCoefficients":
@@ -264,4 +264,4 @@ def test_commands_take_such_files(run: Run, tmp_path: Path) -> None:
     )
     assert "pass --rate" in run("export", "kalibr", sheet).err
     assert run("export", "kalibr", sheet, "--rate", "200").code == 0
-    assert "made of a study" in run("export", "kalibr", imu, "--overbound", "95%").err
+    assert "a bound needs a study" in run("export", "kalibr", imu, "--overbound", "95%").err

@@ -44,7 +44,7 @@ def test_batch_refuses_what_does_not_fit() -> None:
     good = batch_of(0, 4)
     with pytest.raises(InputError, match="shape"):
         replace(good, flags=np.zeros(3))
-    with pytest.raises(InputError, match="must rise"):
+    with pytest.raises(InputError, match="must increase"):
         replace(good, counter=np.array([0, 1, 1, 2]))
     with pytest.raises(InputError, match="must not be empty"):
         Batch(counter=[], monotonic_ns=[], values=np.zeros((0, 2)), flags=[], utc_ns=0)
@@ -192,7 +192,7 @@ def test_an_empty_run_has_no_samples(tmp_path: Path) -> None:
 
 
 def test_what_is_no_run_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(FormatError, match="holds no run"):
+    with pytest.raises(FormatError, match="contains no run"):
         open_run(tmp_path)
     with pytest.raises(InputError, match="no such folder"):
         open_run(tmp_path / "nowhere")
@@ -250,7 +250,7 @@ def test_q12_a_second_writer_is_refused(tmp_path: Path) -> None:
         with pytest.raises(StorageError, match="being written by another process"):
             LogStore.create(tmp_path / "run", HEADER)
         store.append(batch_of(0))
-    with pytest.raises(StorageError, match="holds a run already"):
+    with pytest.raises(StorageError, match="already contains a run"):
         LogStore.create(tmp_path / "run", HEADER)
     assert numbers_of(tmp_path / "run") == list(range(32))
 

@@ -373,7 +373,7 @@ def test_a_run_that_cannot_begin_leaves_no_lock(tmp_path: Path) -> None:
     disk.writes = {2: full}
     with pytest.raises(StorageError, match=r"cannot start a run.*make room"):
         LogStore.create(tmp_path / "run", HEADER, disk=disk)
-    with pytest.raises(StorageError, match="holds a run already"):
+    with pytest.raises(StorageError, match="already contains a run"):
         LogStore.create(tmp_path / "run", HEADER)
 
 
@@ -495,7 +495,7 @@ def test_recover_hands_on_notes_parts_and_status(tmp_path: Path) -> None:
     assert run.recording(2).rate == 16.0 and run.recording(1).n_samples == 96
     notes = [e for e in run.manifest if e["kind"] == "gap"]
     assert notes == [e for e in open_run(tmp_path / "run").manifest if e["kind"] == "gap"]
-    with pytest.raises(StorageError, match="holds a run already"):
+    with pytest.raises(StorageError, match="already contains a run"):
         recover(tmp_path / "run", tmp_path / "out")
 
 
@@ -533,7 +533,7 @@ def test_command_recover(tmp_path: Path, run: Run) -> None:
         str(tmp_path / "out"),
     )
     again = run("recover", folder, "-o", tmp_path / "out")
-    assert again.code == 1 and "holds a run already" in again.err
+    assert again.code == 1 and "already contains a run" in again.err
     (folder / FIRST).write_bytes(b"")
     nothing = run("recover", folder, "--dry-run")
     assert nothing.code == 1 and "Nothing can be read" in nothing.out

@@ -355,7 +355,7 @@ def test_notes_hold_what_was_understood(six: Path) -> None:
 
 def test_time_alone_is_no_recording(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("t\n" + "".join(f"{k / 10}\n" for k in range(20)))
-    with pytest.raises(InputError, match="nothing else"):
+    with pytest.raises(InputError, match="no other numbers"):
         read(tmp_path / "a.csv")
     (tmp_path / "a.csv").write_text("t,wx\n" + "".join(f"{k / 10},0x{k:02x}\n" for k in range(20)))
     with pytest.raises(InputError, match=r"no other numbers \(text columns left out: wx\)"):
@@ -380,7 +380,7 @@ def test_a_header_in_another_encoding_may_be_repeated(tmp_path: Path) -> None:
 
 def test_a_time_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("time,wx\n" + "".join(f"T+{k}s,{k}.5\n" for k in range(10)))
-    with pytest.raises(InputError, match=r"--rate.*words left out: time"):
+    with pytest.raises(InputError, match=r"--rate.*text columns left out: time"):
         read(tmp_path / "a.csv")
 
 

@@ -147,7 +147,7 @@ def test_what_is_no_log_is_refused(tmp_path: Path) -> None:
         read(File().write(tmp_path / "c.lvm", y), variable="Mag")
     whole = File(segments=2, headings=True).write(tmp_path / "d.lvm", y).read_text(encoding="utf-8")
     (tmp_path / "d.lvm").write_text(whole.replace("Acc Z", "Acc Y", 1), encoding="utf-8")
-    with pytest.raises(FormatError, match="segment 2 has other channels"):
+    with pytest.raises(FormatError, match="segment 2 differs from the first one in channels"):
         read(tmp_path / "d.lvm")
     (tmp_path / "e.lvm").write_text(whole[: whole.index("Y_Unit")], encoding="utf-8")
     with pytest.raises(FormatError, match="without the header of a segment"):

@@ -173,7 +173,7 @@ def test_every_fault_of_a_layout_is_told_at_once(tmp_path: Path) -> None:
     for part in (
         "line 1, rate:",
         "line 3, frame.header: bytes in hexadecimal",
-        "line 4, frame.lenght: is no entry",
+        "line 4, frame.lenght: is not a known entry",
         "line 6, frame.fields[0].type",
         "line 7, frame.fields[1].name: is missing",
     ):

@@ -293,7 +293,7 @@ def test_imu_messages_wherever_they_stand(tmp_path: Path, two: bool) -> None:
     assert (recording.notes["source"]["topic"], recording["gyro_x"].unit) == ("/driver", "rad/s")
     both = write(types, tmp_path / f"b.{suffix}", nested(types, "/driver", "Outer"))
     assert whole(read(both))
-    assert "/driver.left.imu is read; topic= (--topic) takes another: /driver.right.imu" in remarks(
+    assert "/driver.left.imu is read; topic= (--topic) selects another: /driver.right.imu" in remarks(
         read(both)
     )
     right = read(both, topic="/driver.right.imu")
@@ -393,7 +393,7 @@ def test_a_topic_without_samples_or_of_another_kind(tmp_path: Path) -> None:
     base.execute("DELETE FROM message_definitions")
     base.commit()
     base.close()
-    with pytest.raises(DataQualityError, match="/t holds no messages"):
+    with pytest.raises(DataQualityError, match="/t has no messages"):
         read(path)
 
 
@@ -521,7 +521,7 @@ def test_bombs_and_lies(tmp_path: Path) -> None:
     with pytest.raises(FormatError, match="damaged"):
         read(path)
     path.write_bytes(mcap(chunk(body, b"x" * 9)))
-    with pytest.raises(FormatError, match="9 bytes, 32 were promised"):
+    with pytest.raises(FormatError, match="9 bytes instead of the declared 32"):
         read(path)
     path.write_bytes(mcap(chunk(body, b"x", "rar")))
     with pytest.raises(FormatError, match="rar"):

@@ -300,7 +300,7 @@ def test_the_advice_to_cut_a_record_works_as_it_is_written(tmp_path: Path) -> No
         recording, error = tried(tmp_path / "log.npz")
         assert recording is None, seed
         advice = re.search(
-            r"Cut it there, (?:--from (\S+))? ?(?:--to (\S+))? ?for the longest part \((\d+) of", error
+            r"Split it there, (?:--from (\S+))? ?(?:--to (\S+))? ?for the longest part \((\d+) of", error
         )
         assert advice, (seed, error)
         ends = {k: float(v) for k, v in zip(("start", "stop"), advice.groups(), strict=False) if v}

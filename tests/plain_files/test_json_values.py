@@ -41,5 +41,5 @@ def test_what_is_not_is_an_error_of_a_value(tmp_path: Path, text: str, words: st
         parse_plain(text)
     place = tmp_path / "a.json"
     place.write_text(text, encoding="utf-8")
-    with pytest.raises(FormatError, match=f"(?s)is not JSON .*{words}.*: give a study"):
+    with pytest.raises(FormatError, match=f"(?s)is not JSON .*{words}.*: expected a study"):
         load_plain(place, "a study")

@@ -152,7 +152,7 @@ def _refuse_unfitting(
     if isinstance(option, str) and units and not any(_fits(u, named[i]) for i, u in units.items()):
         raise InputError(
             f"unit {option!r} fits none of the channels {', '.join(h.name for h in named.values())}; name "
-            f"its channels: unit={'name': 'unit'} (--unit name=unit)"
+            f"its channels: unit={{'name': 'unit'}} (--unit name=unit)"
         )
 
 
