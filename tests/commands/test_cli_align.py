@@ -98,7 +98,7 @@ def test_two_positions_leave_a_report(run: Run, logs: Path, tmp_path: Path) -> N
     for said in (
         "Resolved.",
         "heading of the forward axis",
-        "Attitudes in the order of time",
+        "Attitudes in chronological order",
         "TRIAD",
         "Shuster",
     ):

@@ -233,7 +233,7 @@ def test_calibrate_takes_files_and_rows(run: Run, folder: Path, tmp_path: Path, 
     assert "scatter of the positions" in done.out and "14 positions (rows of means)" in done.out
     for words, message in (
         ([files[0], files[1]], "several LOGs are for --positions"),
-        (["--positions", files[0], files[0]], "is there twice"),
+        (["--positions", files[0], files[0]], "is given twice"),
         (["--positions", files[0]], "at least two files"),
         (["--positions", *files, "--spans", files[0]], "--spans is for one log"),
         (["--means", folder / "means.csv", "--spans", files[0]], "leave it out with --means"),
@@ -287,7 +287,7 @@ def test_align_goes_by_stated_headings_where_no_gyro_saw_the_turn(run: Run, tmp_
     half = run("align", "--positions", files[0], files[1].partition("=")[0], *known)
     assert half.code == 1 and "of every position, or of none" in " ".join(half.err.split())
     lacking = run("align", "--means", tmp_path / "means.csv", "--averaging", "100", "--latitude", "48")
-    assert lacking.code == 1 and "a mean does not tell its noise" in " ".join(lacking.err.split())
+    assert lacking.code == 1 and "means carry no noise information" in " ".join(lacking.err.split())
 
 
 def test_models_go_by_the_names_that_are_mapped(run: Run, folder: Path, tmp_path: Path) -> None:

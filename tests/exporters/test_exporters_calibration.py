@@ -296,7 +296,7 @@ def test_what_has_no_place_in_a_file_is_said() -> None:
         ("openvins", {"format": "allanite-study"}, {}, "takes a calibration"),
         ("imu-tk", 3, {}, "not a int"),
         ("imu-tk", calibration(), {"walk": "k-only"}, "no option 'walk'; there are: none"),
-        ("kalibr", calibration(), {}, "holds no noise"),
+        ("kalibr", calibration(), {}, "has no noise"),
     ],
 )
 def test_what_cannot_be_exported_is_refused(name: str, given: Any, options: Any, message: str) -> None:

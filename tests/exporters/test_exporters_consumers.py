@@ -407,7 +407,7 @@ def test_refusals(name: str, models: Any, options: dict[str, Any], message: str)
 
 
 def test_a_rate_beside_a_study_is_refused_and_not_ignored() -> None:
-    with pytest.raises(InputError, match="the study knows its sample rate"):
+    with pytest.raises(InputError, match="the study has a sample rate"):
         al.export("vins", sample_study.build(), rate=50.0)
     with pytest.raises(InputError, match=r"not 'study.json'; read a file first: al.Study.load"):
         al.export("vins", "study.json")

@@ -172,7 +172,7 @@ def test_what_is_not_known_is_asked_for(case: str, tmp_path: Path) -> None:
 
 def test_values_that_are_no_curve_are_refused(tmp_path: Path) -> None:
     options = {"samples": N, "rate": RATE}
-    with pytest.raises(DataQualityError, match="no deviation"):
+    with pytest.raises(DataQualityError, match="not a deviation"):
         read_curve(written(tmp_path / "a.csv", TAU, ("oadev", -twin())), **options)  # type: ignore[arg-type]
     with pytest.raises(DataQualityError, match="averaging times"):
         read_curve(written(tmp_path / "b.csv", ("tau", LAGS[::-1] / RATE), DEV), **options)  # type: ignore[arg-type]

@@ -148,10 +148,10 @@ def test_f2_honest_packed_text_is_read(tmp_path: Path) -> None:
         assert np.array_equal(read(tmp_path / name).values("wx"), expected)
     whole = (tmp_path / "a.csv.gz").read_bytes()
     (tmp_path / "cut.gz").write_bytes(whole[:-30])
-    with pytest.raises(FormatError, match=r"cut|damaged"):
+    with pytest.raises(FormatError, match=r"truncated|damaged"):
         read(tmp_path / "cut.gz")
     (tmp_path / "binary.gz").write_bytes(gzip.compress(np.random.default_rng(1).bytes(5000)))
-    with pytest.raises(FormatError, match="not text"):
+    with pytest.raises(FormatError, match="does not contain compressed text"):
         read(tmp_path / "binary.gz")
 
 

@@ -141,7 +141,7 @@ def test_undecided_families_are_both_shown() -> None:
     model = fitted(truth, rate=8.0, duration=1200.0, seed=0)
     assert model.alternative is not None
     assert {model.family, model.alternative.family} == {"flicker", "gauss-markov"}
-    assert "cannot tell flicker" in model.verdict
+    assert "cannot distinguish flicker" in model.verdict
 
 
 def test_flicker_is_kept_when_the_record_is_long() -> None:

@@ -206,7 +206,7 @@ def test_wrong_class_names_what_was_found_and_what_was_meant(
         ("(deg/h", "not closed"),
         ("deg/s)", "not expected"),
         ("rad/s^0.3", "power"),
-        ("Hz^(1/2)", "measures nothing"),
+        ("Hz^(1/2)", "does not fit a sensor log"),
         ("deg$", "not understood"),
         ("deg/h" * 40, "too long"),
         ("deg^8^8", "not expected"),

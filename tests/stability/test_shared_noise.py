@@ -220,7 +220,7 @@ def test_what_cannot_be_taken_apart_is_refused() -> None:
     y = sensors(3, 300, 20)
     with pytest.raises(InputError, match="two or three sensors, not 1"):
         separate_noise(record(y), channels=["a"])
-    with pytest.raises(InputError, match="hold the same samples"):
+    with pytest.raises(InputError, match="have the same samples"):
         separate_noise(record(np.stack([y[:, 0], y[:, 0]], axis=1)))
     with pytest.raises(InputError, match="cannot be opposite"):
         separate_noise(record(y), opposite=["d"])

@@ -556,7 +556,7 @@ def checked_recording(recording: object, who: str, needed: str = "a Recording") 
     return recording
 
 
-_MADE_BY = "al.Recording.from_rate(y, rate=100.0, unit='deg/s') makes a recording from samples, al.read(path) from a file"
+_MADE_BY = "al.Recording.from_rate(y, rate=100.0, unit='deg/s') makes a recording, al.read(path) reads one"
 
 
 def _said(thing: object) -> str:

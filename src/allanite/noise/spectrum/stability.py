@@ -244,7 +244,7 @@ def _parts(a: Complex, good: NDArray[np.int64]) -> tuple[Complex, Array]:
 def _wandering(excess: float, mean: complex) -> str:
     share = math.sqrt(excess) / max(abs(mean), 1e-300)
     if share > 1:
-        return "amplitude and phase change during the record: not a sinusoid"
+        return "amplitude and phase change through the record: no sinusoid"
     return f"amplitude and phase wander by {share:.1%} of the line through the record: no sinusoid"
 
 
