@@ -238,5 +238,5 @@ def test_a_run_without_an_end_is_warned_of_a_small_disk(
     assert not space.enough and "1 MB are free, enough for 0.222 h" in space.warning
     assert "it will end early" in space_of(tmp_path, 32.0, 1, 86_400.0).warning
     free = bytes_per_second(32.0, 1) * 86_400 * 1.5
-    assert "no more than" in space_of(tmp_path, 32.0, 1, 86_400.0).warning
+    assert "and only" in space_of(tmp_path, 32.0, 1, 86_400.0).warning
     assert space_of(tmp_path, 32.0, 1, None).warning == space_of(tmp_path, 32.0, 1, 3600.0).warning == ""
