@@ -160,7 +160,7 @@ def read_floor(floor: str | os.PathLike[str], **options: Any) -> Recording:
             raise InputError(
                 f"{floor}: the floor states {stated} for {name}, but {unit} was given for the log. If {unit} is "
                 f"right for both, write it into a copy: allanite convert {for_shell(str(floor))} floor.parquet --unit "
-                f"{for_shell(unit)}; if not, correct the unit in the file of the log, and omit --unit"
+                f"{for_shell(unit)}; if not, correct the unit in the file of the log, and state no unit"
             )
     return recording
 
