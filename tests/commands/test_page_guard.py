@@ -283,7 +283,7 @@ def test_script_of_plotly_is_fetched_once(browser: Browser) -> None:
 def test_w1_another_address_needs_a_token(tmp_path: Path, run: Run) -> None:
     done = run("serve", tmp_path, "--host", "0.0.0.0", "--no-browser")
     assert done.code == 1 and "--token" in done.err and "not encrypted" in done.err
-    with pytest.raises(InputError, match="16 characters"):
+    with pytest.raises(InputError, match="16 ASCII characters"):
         checked_settings(tmp_path, host="0.0.0.0", token="short")
     with pytest.raises(InputError, match="no such folder"):
         checked_settings(tmp_path / "none", host=None, token=None)
