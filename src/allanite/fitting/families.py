@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from allanite.fitting.design import MARKOV, SHORTEST_TIME, TIME_OF, Times
 from allanite.fitting.instrument import FLOOR, of_floor
+from allanite.fitting.inversion import CERTAIN
 from allanite.fitting.objective import CurveData, CurveSolution, distance, solve
-from allanite.fitting.sets import CERTAIN, coefficient_set, critical_value, fisher_sd, time_set
+from allanite.fitting.sets import coefficient_set, critical_value, fisher_sd, time_set
 
 __all__ = [
     "FLICKER",

@@ -18,14 +18,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.fitting.inversion import (
+    CERTAIN,
+    cone_point,
+    end_of_set,
+    end_of_time,
+    normals,
+    square_cone_point,
+)
 from allanite.fitting.likelihood.maximum import LikelihoodSearch, Peak
 from allanite.fitting.likelihood.objective import RandomTerm
-from allanite.fitting.sets import explained
 
 __all__ = [
     "coefficient_set",
@@ -38,11 +44,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-_DRAWS = 8000
 _FEWEST_DRAWS = 100
 _LEAST_VARIANCE = 0.1  # of the slope, relative to that at the best values
-_TOLERANCE = 0.02  # in units of the square root of the distance
-_WIDEST = 50.0  # in ln c
 
 
 def relative_sd(peak: Peak) -> dict[int, float]:
@@ -52,13 +55,6 @@ def relative_sd(peak: Peak) -> dict[int, float]:
 
 
 # -- critical values --------------------------------------------------------------------------------------
-
-
-@lru_cache(maxsize=8)
-def _normals(k: int) -> Array:
-    draws = np.random.default_rng(952).standard_normal((_DRAWS, k))
-    draws.flags.writeable = False
-    return draws
 
 
 def critical_value(peak: Peak, tested: int, free: frozenset[int], confidence: float) -> float:
@@ -72,22 +68,17 @@ def critical_value(peak: Peak, tested: int, free: frozenset[int], confidence: fl
         Parameters far from their border. The others are taken to sit at zero, where they may only grow: the least
         favourable case.
     """
-    from scipy.special import chdtri
-
     H = peak.value.information
     n = len(peak.at.c)
     informed = [i for i in range(len(H)) if H[i, i] > 0 and (i < n or i in peak.moving())]
     if tested not in informed:
-        return float(chdtri(1, 1 - confidence))
+        return cone_point((), (), confidence)
     order = [tested, *(i for i in informed if i != tested)]
     scale = np.sqrt(np.diag(H)[order])
     scaled = H[np.ix_(order, order)] / np.outer(scale, scale)
     root = np.linalg.cholesky(scaled + 1e-9 * np.eye(len(order))).T
     sided = [k for k, i in enumerate(order) if k > 0 and i < n and i not in free]
-    loose = [k for k in range(len(order)) if k not in sided]
-    y = _normals(len(order)).T
-    gain = explained(root, y, loose, sided) - explained(root, y, [k for k in loose if k], sided)
-    return max(float(chdtri(1, 1 - confidence)), float(np.quantile(gain, confidence)))
+    return square_cone_point(root, sided, confidence)
 
 
 # -- the slope of a ramp ----------------------------------------------------------------------------------
@@ -145,7 +136,7 @@ def _allowed(best: Peak, places: list[int]) -> Array:
     scaled = H / np.outer(unit, unit) + 1e-9 * np.eye(len(places))
     middle = np.linalg.solve(scaled, best.value.gradient[places] / unit)
     root = np.linalg.inv(np.linalg.cholesky(scaled))  # draws of N(middle, scaled^-1)
-    drawn = (middle + _normals(len(places)) @ root) / unit
+    drawn = (middle + normals(len(places)) @ root) / unit
     floor = np.array([-best.at.c[i] if i < n else -math.inf for i in places])
     kept = drawn[(drawn >= floor).all(axis=1)]
     return kept if len(kept) >= _FEWEST_DRAWS else np.maximum(drawn, floor)
@@ -170,20 +161,20 @@ def coefficient_set(
     """
     near = best
 
-    def profile(value: float) -> float:
+    def loss(value: float) -> float:
         nonlocal near
         start = replace(near.at, c=np.where(np.arange(len(near.at.c)) == i, value, near.at.c))
         near = search.climb(start, held=frozenset({i}))
-        return _root_distance(best, near) - math.sqrt(critical)
+        return _distance(best, near)
 
     estimate = float(best.at.c[i])
     sd = relative_sd(best).get(i, 1.0)
     lower = 0.0
-    if estimate > 0 and (sd < 0.03 or _root_distance(best, scanned()) > math.sqrt(critical)):
-        lower = _edge(profile, estimate, -1, sd, critical)
+    if estimate > 0 and (sd < CERTAIN or _distance(best, scanned()) > critical):
+        lower = end_of_set(loss, critical, estimate, -1, sd)
         near = best
     unseen = 0.1 / math.sqrt(best.value.information[i, i])  # far too little to be contradicted
-    return lower, _edge(profile, max(estimate, unseen), +1, sd if estimate > unseen else 1.0, critical)
+    return lower, end_of_set(loss, critical, max(estimate, unseen), +1, sd if estimate > unseen else 1.0)
 
 
 def time_set(search: LikelihoodSearch, best: Peak, j: int, critical: float) -> tuple[float, float]:
@@ -197,63 +188,15 @@ def time_end(search: LikelihoodSearch, best: Peak, j: int, critical: float, limi
     place = len(best.at.c) + [i for i, k in enumerate(best.at.components) if k.T is not None].index(j)
     near = best
 
-    def profile(T: float) -> float:
+    def loss(T: float) -> float:
         nonlocal near
         components = tuple(RandomTerm(k.symbol, T) if i == j else k for i, k in enumerate(near.at.components))
         near = search.climb(replace(near.at, components=components), held=frozenset({place}))
-        return _root_distance(best, near) - math.sqrt(critical)
+        return _distance(best, near)
 
-    here = best.at.components[j].T or 1.0
-    reach = abs(math.log(limit / here))
-    if reach == 0:
-        return limit
     sd = min(max(relative_sd(best).get(place, 0.3), 1e-3), 1.0)
-    return _edge(profile, here, 1 if limit > here else -1, sd, critical, reach)
+    return end_of_time(loss, critical, best.at.components[j].T or 1.0, sd, limit)
 
 
-def _root_distance(best: Peak, null: Peak) -> float:
-    return math.sqrt(max(2 * (best.log_likelihood - null.log_likelihood), 0.0))
-
-
-def _edge(
-    profile: Callable[[float], float],
-    centre: float,
-    direction: int,
-    sd: float,
-    critical: float,
-    reach: float = _WIDEST,
-) -> float:
-    """Where the profile crosses zero on one side of `centre`, in logarithms; the end of `reach` where it does not."""
-    x = _crossing(lambda x: profile(centre * math.exp(direction * x)), min(sd, 0.75), critical, reach)
-    if x < reach or reach < _WIDEST:
-        return centre * math.exp(direction * min(x, reach))
-    return math.inf if direction > 0 else 0.0
-
-
-def _crossing(
-    profile: Callable[[float], float], sd: float, critical: float, reach: float = math.inf
-) -> float:
-    """Where a rising profile, -sqrt(critical) at 0, crosses zero; `reach` where it does not before."""
-    a, fa = 0.0, -math.sqrt(critical)
-    b = min(max(2.0 * sd, 1e-300), reach)
-    fb = profile(b)
-    while fb < -_TOLERANCE:
-        if b >= reach:
-            return reach
-        rise = max((fb - fa) / (b - a), 1e-300)
-        further = min(max(-1.1 * fb / rise, 0.1 * b), 2.0 * b)
-        a, fa, b = b, fb, min(b + further, reach)
-        fb = profile(b)
-    for _ in range(40):
-        if abs(fb) < _TOLERANCE or b - a < 1e-9 * b:
-            break
-        share = -fa / (fb - fa) if math.isfinite(fb) else 0.5
-        t = a + (b - a) * min(max(share, 0.1), 0.9)
-        ft = profile(t)
-        if abs(ft) < _TOLERANCE:
-            return t
-        if ft < 0:
-            a, fa = t, ft
-        else:
-            b, fb = t, ft
-    return b
+def _distance(best: Peak, null: Peak) -> float:
+    return 2 * (best.log_likelihood - null.log_likelihood)

@@ -9,14 +9,13 @@ the nuisances are known, larger where several of them sit at zero and may only g
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FitError
-from allanite.fitting.sets import CERTAIN, cone_point
+from allanite.fitting.inversion import CERTAIN, cone_point, crossing, end_of_set, end_of_time
 from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
 from allanite.quantities.distributions import chi_square_quantile, student_quantile
 
@@ -24,8 +23,8 @@ __all__ = ["WhittleFit", "covariance", "deviations", "fitted", "ramp_point"]
 
 Array = NDArray[np.float64]
 
-_TOLERANCE = 0.01  # of the root of the distance
-_FARTHEST = 40.0  # in the logarithm of a coefficient
+_FIRST_TIME = 0.1  # standard deviation of the logarithm of a correlation time, about
+_WIDEST = 1e6  # standard deviations of a slope
 _NEEDED = 6.0  # loss by leaving out all unsupported terms (95 % point for two) that calls one of them back
 
 
@@ -165,12 +164,20 @@ def _set(
     problem: WhittleProblem, full: WhittleSolution, i: int, critical: float, sd: dict[int, float]
 ) -> tuple[float, float]:
     """Ends of a coefficient's set."""
+    near = full
+
+    def loss(value: float) -> float:
+        nonlocal near
+        near = problem.best(fixed={i: value}, near=near)
+        return near.value - full.value
+
     here, spread = float(full.c[i]), sd.get(i, 1.0)
     lower = 0.0
     if here > 0 and (spread < CERTAIN or _loss(problem, full, i, 0.0) > critical):
-        lower = _edge(_Walk(problem, full, critical, i), here, -1, spread)
+        lower = end_of_set(loss, critical, here, -1, spread)
+        near = full
     start = here if here > 0 else _first_guess(problem, full, i)
-    return lower, _edge(_Walk(problem, full, critical, i), start, +1, spread)
+    return lower, end_of_set(loss, critical, start, +1, spread)
 
 
 def _ramp_set(problem: WhittleProblem, full: WhittleSolution, critical: float) -> tuple[float, float]:
@@ -181,20 +188,13 @@ def _ramp_set(problem: WhittleProblem, full: WhittleSolution, critical: float) -
         return 0.0, math.inf
     sd = 1 / math.sqrt(size)
 
-    def beyond(slope: float) -> float:
-        return problem.best(ramp=slope, near=full).value - full.value - critical
+    def end(side: float) -> float:
+        def loss(x: float) -> float:
+            return problem.best(ramp=full.ramp + side * x, near=full).value - full.value
 
-    ends = []
-    for side in (-1.0, 1.0):
-        inside, outside = 0.0, 2.0
-        while beyond(full.ramp + side * outside * sd) < 0 and outside < 1e6:
-            inside, outside = outside, 2 * outside
-        for _ in range(12):
-            middle = (inside + outside) / 2
-            inside, outside = (
-                (middle, outside) if beyond(full.ramp + side * middle * sd) < 0 else (inside, middle)
-            )
-        ends.append(full.ramp + side * outside * sd)
+        return full.ramp + side * crossing(loss, critical, math.sqrt(critical) * sd, _WIDEST * sd)
+
+    ends = end(-1.0), end(1.0)
     sizes = sorted(abs(e) for e in ends)
     return (0.0 if ends[0] < 0 < ends[1] else sizes[0] ** 2), sizes[1] ** 2
 
@@ -205,66 +205,19 @@ def _time_set(problem: WhittleProblem, full: WhittleSolution, k: int, critical: 
     for limit in problem.data.times:
         near = full
 
-        def beyond(log_T: float) -> float:
+        def loss(T: float) -> float:
             nonlocal near
-            near = problem.best(times={g: math.exp(log_T)}, near=near)
-            return near.value - full.value - critical
+            near = problem.best(times={g: T}, near=near)
+            return near.value - full.value
 
-        inside, last = math.log(full.times[k]), math.log(limit)
-        step, outside = math.copysign(0.2, last - inside), None
-        while outside is None and inside != last:
-            trial = inside + step
-            trial = last if (trial - last) * step > 0 else trial
-            if beyond(trial) > 0:
-                outside = trial
-            else:
-                inside, step = trial, 1.6 * step
-        for _ in range(7 if outside is not None else 0):
-            middle = (inside + outside) / 2  # type: ignore[operator]
-            inside, outside = (inside, middle) if beyond(middle) > 0 else (middle, outside)
-        ends.append(limit if outside is None else math.exp((inside + outside) / 2))
+        ends.append(end_of_time(loss, critical, full.times[k], _FIRST_TIME, limit))
     return ends[0], ends[1]
-
-
-@dataclass(slots=True)
-class _Walk:
-    """The profile of one coefficient, each value found from the last one."""
-
-    problem: WhittleProblem
-    full: WhittleSolution
-    critical: float
-    place: int
-    near: WhittleSolution | None = None
-
-    def __call__(self, value: float) -> float:
-        self.near = self.problem.best(fixed={self.place: value}, near=self.near or self.full)
-        loss = max(self.near.value - self.full.value, 0.0)
-        return math.sqrt(loss) - math.sqrt(self.critical)
 
 
 def _first_guess(problem: WhittleProblem, full: WhittleSolution, i: int) -> float:
     """A value of an absent coefficient that is surely not seen: a thousandth of what would fill the spectrum."""
     times = full.times
     return float(np.min(full.mean / problem.columns(times)[:, i])) * 1e-3
-
-
-def _edge(profile: Callable[[float], float], centre: float, direction: int, spread: float) -> float:
-    """Where the profile crosses zero on one side, in the logarithm of the coefficient."""
-    step = direction * min(max(2.0 * spread, 1e-6), 1.5)
-    a, fa, b = 0.0, -math.inf, step
-    while (fb := profile(centre * math.exp(b))) < 0:
-        a, fa, step = b, fb, 1.8 * step
-        b += step
-        if abs(b) > _FARTHEST:
-            return math.inf if direction > 0 else 0.0
-    for _ in range(40):
-        share = -fa / (fb - fa) if math.isfinite(fa) and math.isfinite(fb) else 0.5
-        t = a + (b - a) * min(max(share, 0.1), 0.9)
-        ft = profile(centre * math.exp(t))
-        if abs(ft) < _TOLERANCE or abs(b - a) < 1e-9:
-            return centre * math.exp(t)
-        a, fa, b, fb = (t, ft, b, fb) if ft < 0 else (a, fa, t, ft)
-    return centre * math.exp(b)
 
 
 def _chosen(problem: WhittleProblem, full: WhittleSolution, supported: frozenset[int]) -> WhittleSolution:

@@ -20,12 +20,13 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.design import TIME_POWER
+from allanite.fitting.inversion import crossing
 from allanite.fitting.objective import CurveSolution, distance
 from allanite.stability.record_comparison.evidence import Evidence
 from allanite.stability.record_comparison.null_law import Directions, ScaledChiSquare, law_of_equality
@@ -38,8 +39,8 @@ Array = NDArray[np.float64]
 
 _GRID = 201
 _ROUNDS = 4
-#: First step to the edge of a set, and where none is looked for, in standard deviations: x may have any unit.
-_START, _FARTHEST = 1e-6, 1e4
+#: Standard deviations beyond which no end of a set is looked for.
+_FARTHEST = 1e4
 #: Probability with which a difference is seen that is called detectable.
 _POWER = 0.8
 _TEST = 0.05
@@ -92,31 +93,17 @@ def _range(profiles: Sequence[Profile], tau: float) -> tuple[float, float]:
 def level_set(profiles: Sequence[Profile], level: float, tau: float = 0.0) -> tuple[float, float]:
     """Ends of the set of x whose summed loss is within `level` of the least; infinite where there is no end."""
     centre, value = least(profiles, tau)
-
-    def excess(x: float) -> float:
-        return float(_total(profiles, np.array([x]), tau)[0]) - value - level
-
     widths = [w for w in (math.hypot(p.sd, tau) for p in profiles) if 0 < w < math.inf] or [1.0]
-    start = max(_START * min(widths), math.ulp(centre))
-    farthest = _FARTHEST * max(widths)
-    return _edge(excess, centre, -1.0, start, farthest), _edge(excess, centre, 1.0, start, farthest)
+    first = math.sqrt(level / sum(w**-2 for w in widths))  # where normal profiles end
+    first = max(first, math.ulp(centre))
 
+    def end(direction: float) -> float:
+        def loss(x: float) -> float:
+            return float(_total(profiles, np.array([centre + direction * x]), tau)[0]) - value
 
-def _edge(
-    excess: Callable[[float], float], centre: float, direction: float, step: float, farthest: float
-) -> float:
-    """Where the excess becomes positive, by steps that double; infinite where it does not within `farthest`."""
-    inside = 0.0
-    while excess(centre + direction * (inside + step)) < 0:
-        inside += step
-        step *= 2
-        if inside > farthest:
-            return direction * math.inf
-    outside = inside + step
-    for _ in range(50):
-        middle = 0.5 * (inside + outside)
-        inside, outside = (middle, outside) if excess(centre + direction * middle) < 0 else (inside, middle)
-    return centre + direction * 0.5 * (inside + outside)
+        return centre + direction * crossing(loss, level, first, _FARTHEST * max(widths))
+
+    return end(-1.0), end(1.0)
 
 
 def without_each(profiles: Sequence[Profile]) -> Array:

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.families import Family
+from allanite.fitting.inversion import CERTAIN
 from allanite.fitting.objective import CurveData, CurveSolution, distance, sensitivity
-from allanite.fitting.sets import CERTAIN, critical_value, fisher_sd
+from allanite.fitting.sets import critical_value, fisher_sd
 from allanite.noise import SIGMA_PER_B
 from allanite.stability.record_comparison.profiles import Profile, limit, normal_profile, traced
 from allanite.stability.record_comparison.series import FittedChannel
