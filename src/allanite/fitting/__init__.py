@@ -3,7 +3,8 @@
 
 ``slopes``      the seed's reading of the curve, for comparison.
 ``moments``     the fit of the curve: full covariance, non-negative terms, sets by test inversion.
-``families``    its sums of terms; ``sets`` test inversion; ``objective`` and ``design`` its numerics.
+``families``    its sums of terms; ``sets`` their sets; ``objective`` and ``design`` its numerics.
+``inversion``   the ends of confidence sets by test inversion, for every fit.
 ``likelihood``  the fit of the samples themselves.
 ``spectral``    the fit of their spectrum.
 ``selection``   which sums of terms a record may have, with their weights.

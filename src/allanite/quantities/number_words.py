@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["duration", "interval", "number", "probability", "with_parentheses", "with_sd"]
+__all__ = ["duration", "interval", "number", "probability", "upper_limit", "with_parentheses", "with_sd"]
 
 
 def number(value: float | None, digits: int = 3) -> str:
@@ -20,6 +20,15 @@ def number(value: float | None, digits: int = 3) -> str:
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
     return _NumberLayout.of(abs(value), abs(value), digits).write(value)
+
+
+def upper_limit(value: float) -> str:
+    """An upper limit, to two digits: what it is the limit of is not known to more.
+
+    >>> upper_limit(116048.0), upper_limit(0.3594), upper_limit(63.25)
+    ('< 120000', '< 0.36', '< 63')
+    """
+    return f"< {number(float(f'{value:.1e}'), 2)}"
 
 
 def interval(value: float, lower: float | None, upper: float | None) -> tuple[str, str, str]:

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-from allanite.quantities.number_words import duration, interval, number
+from allanite.quantities.number_words import duration, interval, number, upper_limit
 from allanite.quantities.result import Result
 
 __all__ = ["Quantity", "QuantityStatus", "interval_words"]
@@ -29,7 +29,7 @@ def interval_words(value: float | None, lower: float, upper: float, factor: floa
     ('1.330 [1.280, 1.382]', '< 0.0200', '–')
     """
     if value is None or math.isnan(value):
-        return f"< {number(upper / factor)}" if math.isfinite(upper) else "–"
+        return upper_limit(upper / factor) if math.isfinite(upper) else "–"
     middle, low, high = interval(value / factor, lower / factor, upper / factor)
     return f"{middle} [{low}, {high}]"
 

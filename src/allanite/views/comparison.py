@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 from allanite.quantities.display_units import display_unit
-from allanite.quantities.number_words import duration, number, probability
+from allanite.quantities.number_words import duration, number, probability, upper_limit
 from allanite.quantities.quantity import Quantity, QuantityStatus
 from allanite.stability.record_comparison.remarks import remarks
 from allanite.stability.record_comparison.results import (
@@ -216,7 +216,7 @@ def _spread(spread: Quantity, factor: float, *, of_bias: bool) -> str:
         unit = " %"
     known = high <= _OPEN * max(value, 1.0)  # NaN is not
     if spread.status is QuantityStatus.UPPER_LIMIT or math.isnan(low):
-        return f"< {number(high, 2)}{unit}" if known else "–"
+        return f"{upper_limit(high)}{unit}" if known else "–"
     return f"{number(value, 2)}{unit} [{number(low, 2)}, {number(high, 2) if known else '–'}]"
 
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from allanite.experiments.dead_reckoning import DeadReckoning, Source
-from allanite.quantities.number_words import duration, number
+from allanite.quantities.number_words import duration, number, upper_limit
 from allanite.quantities.quantity import interval_words
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Hero, Page, PageBlock, References, Text, pairs, table
@@ -155,7 +155,7 @@ def _short(result: DeadReckoning, source: Source, at: int, quantity: str) -> str
     column, factor = result.column(quantity), BUDGET_QUANTITIES[quantity][2]
     if source.is_limit:
         high = float(source.upper[at, column])
-        return f"< {number(high / factor)}" if math.isfinite(high) else "no limit"
+        return upper_limit(high / factor) if math.isfinite(high) else "no limit"
     value = float(source.sd[at, column])
     return "0" if value <= _NOTHING * result.sd[at, column] else number(value / factor)
 

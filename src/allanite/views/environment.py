@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from allanite.plain_files.counted import listed
 from allanite.quantities.display_units import display_unit
-from allanite.quantities.number_words import duration, interval, number, probability
+from allanite.quantities.number_words import duration, interval, number, probability, upper_limit
 from allanite.stability.environment import Environment, EnvironmentFacts, Hysteresis, Lag, WarmUp
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Cell, Page, PageBlock, References, Text, drawn, pairs, table
@@ -163,7 +163,7 @@ def _coefficient_lines(estimate: EnvironmentFacts) -> list[tuple[str, str, str, 
         middle, low, high = interval(c.value / factor, c.lower / factor, c.upper / factor)
         words = f"{middle} [{low}, {high}] {unit}"
         if c.status != "resolved" and c.limit is not None:
-            words = f"< {number(c.limit / factor, 2)} {unit} [{low}, {high}]"
+            words = f"{upper_limit(c.limit / factor)} {unit} [{low}, {high}]"
         rows.append((c.name, words, c.status, c.note or probability(c.p)))
     return rows
 

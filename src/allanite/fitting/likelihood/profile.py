@@ -2,15 +2,9 @@
 """Confidence sets from the profile of a likelihood: every value that the record does not contradict.
 
 A value v of a variance or of a correlation time is contradicted when 2 (ln p_max - ln p_max|v) exceeds a critical
-value, all other parameters being free, their variances not negative. Variances near zero make that distance depart from
-chi-square; as for the fit of the curve, its point is drawn from the linearised problem [1]. A set that holds zero gives
-an upper limit. Where there may be a ramp the likelihood is averaged over its slope, whose own interval is that of
-generalised least squares.
-
-References
-----------
-.. [1] S. Self, K.-Y. Liang, "Asymptotic properties of maximum likelihood estimators and likelihood ratio tests under
-   nonstandard conditions", JASA 82 (1987) 605.
+value, all other parameters being free, their variances not negative (`allanite.fitting.inversion`). A set that holds
+zero gives an upper limit. Where there may be a ramp the likelihood is averaged over its slope, whose own interval is
+that of generalized least squares.
 """
 
 from __future__ import annotations

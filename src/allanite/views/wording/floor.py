@@ -9,7 +9,7 @@ import numpy as np
 
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.quantities.display_units import display_unit
-from allanite.quantities.number_words import number
+from allanite.quantities.number_words import number, upper_limit
 from allanite.study.results import SensorCurve
 
 __all__ = ["floor_lines"]
@@ -38,7 +38,7 @@ def floor_lines(
         if math.isnan(high):
             words, interval = "floor not known", "–"
         elif math.isnan(value):
-            words, interval = f"< {number(high, 3)}", "not resolved"
+            words, interval = upper_limit(high), "not resolved"
         others = (number(_near(curve, tau) / factor, 4) for curve in (measured, instrument))
         rows.append((f"{tau:.6g}", *others, words, interval))
     return heads, rows

@@ -12,7 +12,7 @@ from typing import Generic, TypeVar
 from allanite.noise import Estimate, NoiseModel
 from allanite.plain_files.counted import listed
 from allanite.quantities.display_units import display_unit, si_unit
-from allanite.quantities.number_words import interval, number, probability
+from allanite.quantities.number_words import interval, number, probability, upper_limit
 from allanite.study.results import ChannelModels, SlopeReading
 
 __all__ = [
@@ -268,7 +268,7 @@ def _statistical(estimate: Estimate, factor: float) -> str:
     if ends is None or _known(ends[1]) is None:
         return ""
     if not estimate.supported or value is None:
-        return f"by statistics alone < {number(ends[1] / factor)}"
+        return f"by statistics alone {upper_limit(ends[1] / factor)}"
     _, low, high = interval(value / factor, ends[0] / factor, ends[1] / factor)
     return f"by statistics alone [{low}, {high}]"
 
@@ -290,7 +290,7 @@ def _scaled(estimate: Estimate, factor: float, read_off: bool) -> tuple[str, str
         return middle, f"[{low}, {high}]"
     if read_off:
         return number(value), ""
-    return ("not bounded" if _known(upper) is None else f"< {number(upper)}"), ""
+    return ("not bounded" if _known(upper) is None else upper_limit(upper)), ""
 
 
 def readings(channel: ChannelModels, model: NoiseModel | None = None) -> dict[str, CoefficientWording]:
