@@ -89,7 +89,7 @@ def test_a_record_without_faults_says_so() -> None:
 
 
 def test_a_term_that_some_channels_only_bound_says_so_beside_its_number(page: str) -> None:
-    assert "Rate random walk K 9.6 deg/h/√h gyro_x; gyro_y and gyro_z below 7.80 deg/h/√h" in text_of(page)
+    assert "Rate random walk K 9.6 deg/h/√h gyro_x; gyro_y and gyro_z below 7.8 deg/h/√h" in text_of(page)
 
 
 def test_one_channel_has_its_interval_beside_its_number() -> None:

@@ -121,7 +121,7 @@ def test_key_numbers_say_what_is_resolved_where_and_what_is_bounded_elsewhere() 
     white, _, walk, _ = wording.key_numbers(gyro)
     assert (white.name, white.value, white.unit) == ("Angle random walk N", "0.270 to 0.320", "deg/√h")
     assert white.beside == "all three channels"
-    assert walk.beside == "gyro_x; gyro_y and gyro_z below 7.80 deg/h/√h"
+    assert walk.beside == "gyro_x; gyro_y and gyro_z below 7.8 deg/h/√h"
     assert wording.limit_words(gyro) == ""
     assert wording.limit_words(accelerometer).startswith("Not resolved: Q below")
 
@@ -139,7 +139,7 @@ def test_the_limit_of_several_channels_is_the_largest() -> None:
     _, accelerometer = wording.groups(Study.from_json(sample_study.build()).channels)
     limits = [r.amount for c in accelerometer.channels if (r := wording.readings(c)["Q"])]
     assert all(amount is not None and amount <= 1.37e-6 for amount in limits)
-    assert "Q below 1.37e-06 m/s" in wording.limit_words(accelerometer)
+    assert "Q below 1.4e-06 m/s" in wording.limit_words(accelerometer)
 
 
 def test_an_accepted_finding_comes_after_an_open_one_of_its_severity() -> None:

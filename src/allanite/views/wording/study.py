@@ -290,7 +290,8 @@ def _scaled(estimate: Estimate, factor: float, read_off: bool) -> tuple[str, str
         return middle, f"[{low}, {high}]"
     if read_off:
         return number(value), ""
-    return ("not bounded" if _known(upper) is None else upper_limit(upper)), ""
+    limit = _known(upper)
+    return ("not bounded" if limit is None else upper_limit(limit)), ""
 
 
 def readings(channel: ChannelModels, model: NoiseModel | None = None) -> dict[str, CoefficientWording]:
