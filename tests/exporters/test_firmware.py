@@ -278,7 +278,11 @@ def test_user_text_stays_in_its_comment() -> None:
         ([fitted("g", White(N=1.0))], {"filter_rate": 0.0}, "filter_rate must be a positive"),
         ([fitted("g", White(N=1.0))], {"horizon": math.inf}, "horizon must be a positive"),
         ([fitted("g", White(N=1.0))], {"sampling": "raw"}, "'mean' or 'point'"),
-        ([fitted("g", White(N=1.0))], {"flicker": "single", "correlation_time": 1.0}, "the model has no flicker"),
+        (
+            [fitted("g", White(N=1.0))],
+            {"flicker": "single", "correlation_time": 1.0},
+            "the model has no flicker",
+        ),
         ([fitted("g", White(N=1.0), Flicker(B=1.0))], {"flicker": "single"}, "needs the correlation time"),
         ([fitted("g", White(N=1.0), Flicker(B=1.0))], {"correlation_time": 1.0}, "flicker='single'"),
     ],
