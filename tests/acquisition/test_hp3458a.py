@@ -439,7 +439,7 @@ def test_no_wrong_value_after_a_byte_lost_or_added(name, block):
 
 
 def test_a_block_refuses_what_does_not_belong_together():
-    with pytest.raises(InputError, match="belong together"):
+    with pytest.raises(InputError, match="do not match"):
         Block(values=np.zeros((3, 1)), flags=np.zeros(2, np.uint8))
     with pytest.raises(InputError, match="counters"):
         Block(values=np.zeros((3, 1)), flags=np.zeros(3, np.uint8), counter=np.zeros(2, np.int64))

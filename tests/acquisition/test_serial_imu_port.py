@@ -165,7 +165,7 @@ def test_silence_and_garbage_are_two_kinds_of_timeout() -> None:
         device.read(0.05)
     device = SerialImu("p", imu(), connect=Wire(b"\xa5\x5a" * 100))
     device.open()
-    with pytest.raises(InstrumentTimeout, match=r"200 bytes came .* wrong checksum.* and the baud rate"):
+    with pytest.raises(InstrumentTimeout, match=r"200 bytes arrived .* wrong checksum.* and the baud rate"):
         device.read(0.05)
 
 
@@ -196,7 +196,7 @@ def test_what_went_wrong_is_said_once() -> None:
     first = device.read(0.1)
     assert first.remarks == (
         "skipped 3 bytes outside complete frames",
-        "dropped 1 frame that came twice",
+        "dropped 1 frame received twice",
     )
     second = device.read(0.1)
     assert second.remarks == ("the counter jumped 1 time: 2 samples missing",)
@@ -369,7 +369,7 @@ def test_a_device_that_disappears_and_comes_back_goes_on_with_its_count(
         assert sensor.open().serial == "1"
         sensor.start()
         before = [sensor.read(10.0)]
-        with pytest.raises(InstrumentError, match="ttyIMU is gone"):
+        with pytest.raises(InstrumentError, match="ttyIMU disappeared"):
             read_to_the_end(sensor, before)
         sensor.close()
         with pytest.raises(InstrumentError, match="cannot be opened"):

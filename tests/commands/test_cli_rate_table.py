@@ -183,7 +183,7 @@ def test_every_result_has_a_page_and_a_picture(documents: dict[str, Any], which:
 def test_views_of_the_picture(documents: dict[str, Any]) -> None:
     steps = documents["steps"]
     titles = [row[0].title for row in sheet_of(steps).rows]
-    assert len(titles) == 4 and titles[1] == "Residuals of each step"
+    assert len(titles) == 4 and titles[1] == "Residual of each step"
     assert [row[0].title for row in sheet_of(documents["swings"], view="frequency").rows] == ["Gain", "Phase"]
     panel = sheet_of(steps, view="response").rows[0][0]
     drawn = next(c for c in panel.curves if c.marker == "circle")

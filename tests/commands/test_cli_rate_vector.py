@@ -319,7 +319,7 @@ def test_every_document_gives_its_report_again(run: Run, logs: Path, east_west: 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("nothing", "not JSON (Expecting value: line 1 column 1 (char 0)): give a result"),
+        ("nothing", "not JSON (Expecting value: line 1 column 1 (char 0)): expected a result"),
         ("[1, 2]", "names no format"),
         ('{"format": "allanite-poem"}', "allanite-poem"),
         ('{"format": "allanite-north", "version": 3}', "version 3"),

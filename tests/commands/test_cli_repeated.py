@@ -61,7 +61,7 @@ def test_mappings_add_up_however_they_are_cut(command: AddingCommand) -> None:
             parts = parts[n:]
         assert parsed(command, words)["unit"] == said
         key = rng.choice(list(said))
-        with pytest.raises(click.BadParameter, match=f"{key}=.* and {key}=V: which one"):
+        with pytest.raises(click.BadParameter, match=f"{key}=.* and {key}=V: give it once"):
             parsed(command, [*words, "--unit", f"{key}=V"])
 
 
@@ -72,7 +72,7 @@ def test_lists_add_up(command: AddingCommand) -> None:
 
 @pytest.mark.parametrize("words", ["--rate 1 --rate 2", "--from 1s --from 2s", "--unit V --unit mV"])
 def test_single_values_are_given_once(words: str, command: AddingCommand) -> None:
-    with pytest.raises(click.BadParameter, match="which one"):
+    with pytest.raises(click.BadParameter, match="give it once"):
         parsed(command, words.split())
 
 
@@ -85,7 +85,7 @@ def test_the_same_value_twice_is_one(command: AddingCommand) -> None:
 def test_the_command_line_says_so() -> None:
     found = CliRunner().invoke(cli, ["info", "nothing.csv", "--unit", "gyro=V", "--unit", "gyro=deg/s"])
     assert found.exit_code == 2
-    assert "gyro=V and gyro=deg/s: which one?" in found.output
+    assert "gyro=V and gyro=deg/s: give it once." in found.output
 
 
 def test_every_mapping_says_that_it_is_one() -> None:

@@ -142,7 +142,7 @@ def test_what_is_missing_at_the_end_is_counted_and_an_outage_is_told_at_once(
         assert (state["missing"], state["gaps"], state["outage"]["reason"]) == (0, 0, "the port is gone")
         text = run("monitor", "--once", folder).out
         by_clock = re.search("none yet noted; and by the clock about ([0-9]+)", text)
-        assert "nothing comes: the port is gone" in text and by_clock is not None
+        assert "no data arrive: the port is gone" in text and by_clock is not None
         so_far = (time.time_ns() - late) / SECOND * 32
         for counted in (state["outage"]["samples"], int(by_clock[1])):
             assert 30 * 32 - 64 <= counted <= so_far + 64

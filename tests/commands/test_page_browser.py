@@ -596,7 +596,7 @@ def test_w9_names_of_files_and_channels_are_text(page: Any) -> None:
     assert page.locator("main h1").text_content() == f"{EVIL}.csv"
     assert page.locator("img").count() == 0
     asked = page.get_by_role("region", name="What the file does not say")
-    assert f"{EVIL_NAME}: integers from 0 to 6." in asked.text_content()
+    assert f"{EVIL_NAME}: whole numbers from 0 to 6." in asked.text_content()
     assert EVIL_NAME in page.locator(".series .ytitle").text_content()
 
 

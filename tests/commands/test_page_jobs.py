@@ -520,7 +520,9 @@ def test_w10_crashes_cancelling_and_a_full_queue(tmp_path: Path) -> None:
         assert len({shlex.split(w["command"])[-1] for w in waiting}) == 50  # each its own folder
         assert [w["place"] for w in waiting] == list(range(1, 51))
         refused = browser.post("/api/jobs", {"kind": "check", "recording": key})
-        assert refused.status_code == 429 and "50 jobs wait" in refused.json()["error"]["message"]
+        assert (
+            refused.status_code == 429 and "50 jobs are already waiting" in refused.json()["error"]["message"]
+        )
         assert browser.get("/api/catalogue").status_code == 200
         assert browser.post(f"/api/jobs/{job.id}/cancel").json()["job"]["state"] == "cancelled"
         assert not Path(f"/proc/{family}").exists()

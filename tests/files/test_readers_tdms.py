@@ -151,7 +151,7 @@ def test_files_that_promise_too_much_or_nothing(tmp_path: Path, monkeypatch: pyt
     recording = read(path)
     assert np.array_equal(recording.values("a"), RATES[:100, 0])
     assert any(
-        "100 samples are there, 1000000000000 were promised" in g
+        "100 samples are there, 1000000000000 were declared" in g
         for g in recording.notes["source"]["guesses"]
     )
     sound = write(tmp_path, [("IMU", "x", RATES[:, 0], WAVE), ("IMU", "y", RATES[:, 1], WAVE)])

@@ -112,7 +112,7 @@ def test_an_uptime_beside_a_clock_is_no_fraction(tmp_path: Path) -> None:
 def test_numbers_that_are_no_date(tmp_path: Path) -> None:
     names = ["Year", "Month", "Day", "Hour", "Minute", "Second", "gx"]
     rows = [["2023", "2", str(27 + k // 60), "0", "0", str(k % 60), "0.5"] for k in range(N)]
-    with pytest.raises(InputError, match=r"row 120: year 2023, month 2, day 29 is no date.*--time none"):
+    with pytest.raises(InputError, match=r"row 120: year 2023, month 2, day 29 is not a date.*--time none"):
         read(table(tmp_path / "log.csv", names, rows))
 
 

@@ -128,7 +128,7 @@ def test_the_fast_message_is_read_and_the_others_are_listed(tmp_path: Path) -> N
         "sensor_combined[0]", "vehicle_imu[0]", "sensor_gyro[0]", "sensor_gyro[1]",
     ]  # fmt: skip
     assert any(
-        "topic= (--topic) takes another: vehicle_imu[0]" in g for g in first.notes["source"]["guesses"]
+        "topic= (--topic) selects another: vehicle_imu[0]" in g for g in first.notes["source"]["guesses"]
     )
     slow = read(path, topic="sensor_gyro[1]")
     assert (slow.rate, slow.names[-1]) == (1.0, "temperature")

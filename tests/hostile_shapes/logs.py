@@ -205,7 +205,7 @@ def ros2(wide: int) -> Iterator[HostileShape]:
                 lambda base: base.executescript(_ENDLESS.format("messages")),
                 _SCHEMA.split(";")[0] + ";",
             ),
-            "no recording",
+            "not a ROS 2 recording",
         ),
         "a view without end for definitions": (
             _sqlite(

@@ -452,7 +452,7 @@ def test_refusals() -> None:
     with pytest.raises(DataQualityError, match="from 89 samples"):
         curve(y[:88], "theobr")
     assert len(ratio_lags(89)) == 1 and len(ratio_lags(10**6)) == 200
-    with pytest.raises(InputError, match=r"not known"):
+    with pytest.raises(InputError, match=r"unknown"):
         curve(y, "mdev").with_model(NoiseModel.of(White(N=1.0)))
     with pytest.raises(InputError, match="not robust"):
         al.fit(curve(y, "robust"))

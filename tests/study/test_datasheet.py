@@ -213,7 +213,7 @@ def test_file_is_the_entries_and_serves_as_a_model(tmp_path: Path) -> None:
         ("- a\n- b", FormatError, "holds no sections"),
         ("gyro: {a: b\n", FormatError, "not YAML"),
         ("gyro: {a: b}\ngyro: {c: d}", FormatError, "not YAML"),
-        ("a: &a [*a]\n" + "x" * 300_000, FormatError, "no data sheet"),
+        ("a: &a [*a]\n" + "x" * 300_000, FormatError, "not a data sheet"),
     ],
 )
 def test_files_that_are_no_sheets_are_refused(

@@ -75,7 +75,7 @@ def test_a_damaged_study_names_every_fault(study: al.Study, tmp_path: Path) -> N
         al.Study.load(tmp_path / "none.json")
     (tmp_path / "x.json").write_text("t,gyro")
     with pytest.raises(
-        FormatError, match=r"x\.json is not JSON .*give a study, study.json of 'allanite char"
+        FormatError, match=r"x\.json is not JSON .*expected a study, study.json of 'allanite char"
     ):
         al.Study.load(tmp_path / "x.json")
     for text in ("{", "[1]", '{"format": "other"}'):
@@ -107,7 +107,7 @@ def test_the_samples_are_fitted_where_the_curve_ends_early(run: Run, tmp_path: P
     assert done.code == 3, done.err  # missing samples
     assert "; K < " not in (tmp_path / "out" / "imu.yaml").read_text()  # the walk is a number, no limit
     refused = run("characterize", log, "--method", "likelihood", "--exclude", "1:2", "--out", tmp_path / "no")
-    assert refused.code == 1 and "knows nothing of exclude" in refused.err
+    assert refused.code == 1 and "does not support exclude" in refused.err
     with pytest.raises(InputError, match="'moments' or 'likelihood'"):
         al.characterize(record, method="slopes")
 

@@ -193,8 +193,7 @@ def read_curve(
             + (
                 "deviation, from its counts"
                 if shape.statistic
-                else "deviation, without counts to confirm it. If its windows do not overlap, "
-                "use --statistic adev: it has fewer degrees of freedom"
+                else "deviation, without counts to confirm it. If its windows do not overlap, use --statistic adev"
             )
         )
     lags, first, notes = _lags(grid, shape, name)
@@ -367,9 +366,8 @@ def _quantity(
         squared_by = _is_squared(file)
         if squared_by is None:
             raise InputError(
-                f"{place.name}: it is undetermined whether {best.shown!r} contains deviations or "
-                f"variances: use --statistic oadev (overlapping Allan deviation) or --statistic oavar "
-                f"(its square); statistic= in Python"
+                f"{place.name}: does {best.shown!r} contain deviations or variances? Use --statistic oadev "
+                "(overlapping Allan deviation) or --statistic oavar (its square); statistic= in Python"
             )
         remarks = [f"{'variances' if squared_by else 'deviations'}, from the file name"]
     alike = [

@@ -26,7 +26,7 @@ def interval_words(value: float | None, lower: float, upper: float, factor: floa
     """A number with its interval, an upper limit where there is no number, an en dash where there is neither.
 
     >>> interval_words(1.3304, 1.2801, 1.3822), interval_words(None, 0.0, 0.02), interval_words(None, 0.0, math.inf)
-    ('1.330 [1.280, 1.382]', '< 0.0200', '–')
+    ('1.330 [1.280, 1.382]', '< 0.020', '–')
     """
     if value is None or math.isnan(value):
         return upper_limit(upper / factor) if math.isfinite(upper) else "–"
@@ -75,7 +75,7 @@ class Quantity(Result):
         '1.330 [1.280, 1.382]'
         >>> limit = Quantity(value=math.nan, lower=0.0, upper=0.02, unit="V", status=QuantityStatus.UPPER_LIMIT)
         >>> limit.shown(1e-3), Quantity.of(math.nan, (0.0, math.inf), "V").shown()
-        ('< 20.0', '–')
+        ('< 20', '–')
         """
         return interval_words(self.value, self.lower, self.upper, factor)
 

@@ -55,7 +55,7 @@ class CalibrationParameter(Result):
     Attributes
     ----------
     name : str
-        See `allanite.recording.calibration.parameter_names`.
+        Sensor and error, such as "acc.bias_x", "gyro.scale_z" or "gyro.misalignment_xy".
     unit : str
         "m/s²", "rad/s", "rad", "1" (a scale factor in SI), "rad/s/(m/s²)", "LSB", "LSB/(m/s²)", ...
     value, sd : float
