@@ -366,8 +366,8 @@ def _quantity(
         squared_by = _is_squared(file)
         if squared_by is None:
             raise InputError(
-                f"{place.name}: does {best.shown!r} contain deviations or variances? Use --statistic oadev "
-                "(overlapping Allan deviation) or --statistic oavar (its square); statistic= in Python"
+                f"{place.name}: it is undetermined whether {best.shown!r} contains deviations or variances: use "
+                "--statistic oadev (overlapping Allan deviation) or --statistic oavar (its square); statistic= in Python"
             )
         remarks = [f"{'variances' if squared_by else 'deviations'}, from the file name"]
     alike = [
