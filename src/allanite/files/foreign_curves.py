@@ -367,7 +367,7 @@ def _quantity(
         if squared_by is None:
             raise InputError(
                 f"{place.name}: it is undetermined whether {best.shown!r} contains deviations or variances: use "
-                "--statistic oadev (overlapping Allan deviation) or --statistic oavar (its square); statistic= in Python"
+                "--statistic oadev (overlapping Allan deviation) or oavar (its square); statistic= in Python"
             )
         remarks = [f"{'variances' if squared_by else 'deviations'}, from the file name"]
     alike = [
