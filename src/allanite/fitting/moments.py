@@ -190,7 +190,7 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
                 "the curve is that of a ramp, and no other noise is resolved; remove the trend, or check "
                 "the findings and the curve"
             )
-        return fit, name in fit.supported
+        return fit, name in fit.supported or (name == "B" and _needs_slow_noise(fit))
 
     if chosen.other is not None:
         return [fitted(chosen.other.symbols, chosen.other, "G", 1.0)[0]]
@@ -200,6 +200,11 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
         partial(fitted, best.symbols, best, "B"),
         partial(fitted, other.symbols, other, "G"),
     )
+
+
+def _needs_slow_noise(fit: CurveFamilyFit) -> bool:
+    """Flicker or a random walk is needed, and neither is supported."""
+    return not fit.supported & {"B", "K"} and any(fit.selected.coefficient(s) > 0 for s in "BK")
 
 
 def curve_slopes(curve: AllanCurve, supported: Collection[str]) -> dict[str, float]:

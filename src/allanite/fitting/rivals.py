@@ -17,8 +17,6 @@ Fit = TypeVar("Fit")
 
 #: Twice the advantage in log-likelihood of the rival that rejects a family.
 REJECTS_FLICKER, REJECTS_GAUSS_MARKOV = 8.0, 5.0
-#: A Gauss-Markov term may be supported where flicker is not, if it gains this much: 90 % of what chance gains.
-MAY_BE_SUPPORTED = 2.7
 #: Undecided: Gauss-Markov stands first from here on.
 PREFERS_GAUSS_MARKOV = 4.0
 #: Goodness of both families below which shorter times and two Gauss-Markov terms are tried, and what these must gain in
@@ -37,22 +35,20 @@ def supported_families(
 ) -> list[Fit]:
     """The family that a record supports, or both, the better one first.
 
-    Both also where flicker is not supported, a Gauss-Markov term is, and flicker is not rejected for it: what else may
-    stand in for flicker does not explain the record as well.
-
     Parameters
     ----------
     against_flicker, against_markov : float
         Twice the advantage in log-likelihood of the rival.
     flicker, markov : callable
-        The fit, and whether it supports the term that is the family's own. Called when needed.
+        The fit, and whether it supports the term that is the family's own, or, of flicker, needs slow noise and
+        supports no term of it: the rival may say which. Called when needed.
     rejects_flicker : float
         Another threshold.
     """
     if against_flicker > rejects_flicker and against_markov < REJECTS_GAUSS_MARKOV:
         return [markov()[0]]
     first, supported = flicker()
-    if against_markov > REJECTS_GAUSS_MARKOV or not (supported or against_flicker > MAY_BE_SUPPORTED):
+    if against_markov > REJECTS_GAUSS_MARKOV or not supported:
         return [first]
     second, supported = markov()
     if not supported:

@@ -182,13 +182,20 @@ def _families(looks: _Looks, confidence: float) -> list[LikelihoodFamilyFit]:
 
     def fitted(candidate: Candidate, name: str) -> tuple[LikelihoodFamilyFit, bool]:
         fit = fit_family(looks.problem, *candidate, confidence)
-        return fit, fit.supports(name)
+        return fit, fit.supports(name) or (name == "B" and _needs_slow_noise(fit))
 
     if len(looks.candidates) == 1:
         return [fitted(looks.candidates[0], "G")[0]]
     flicker, markov = looks.candidates
     gain = 2 * (markov[1].log_likelihood - flicker[1].log_likelihood)
     return supported_families(gain, -gain, partial(fitted, flicker, "B"), partial(fitted, markov, "G"))
+
+
+def _needs_slow_noise(fit: LikelihoodFamilyFit) -> bool:
+    """Flicker or a random walk is needed, and neither is supported."""
+    at = fit.selected.at
+    needed = any(k.symbol in ("B", "K") and c > 0 for k, c in zip(at.components, at.c, strict=True))
+    return needed and not any(fit.letters[i] in ("B", "K") for i in fit.supported)
 
 
 def _with_verdict(models: list[NoiseModel], dt: float) -> list[NoiseModel]:

@@ -164,7 +164,8 @@ def _families(explained: Explained, confidence: float) -> list[WhittleFit]:
 
     def judged(problem: WhittleProblem, at: WhittleSolution, name: str) -> tuple[WhittleFit, bool]:
         fit = fitted(problem, at, confidence)
-        return fit, problem.letters.index(name) in fit.supported
+        supported = problem.letters.index(name) in fit.supported
+        return fit, supported or (name == "B" and _needs_slow_noise(fit))
 
     gain = best.value - other.value
     return supported_families(
@@ -174,3 +175,9 @@ def _families(explained: Explained, confidence: float) -> list[WhittleFit]:
         partial(judged, markov, other, "G"),
         rejects_flicker=_REJECTS_FLICKER,
     )
+
+
+def _needs_slow_noise(fit: WhittleFit) -> bool:
+    """Flicker or a random walk is needed, and neither is supported."""
+    slow = [i for i, s in enumerate(fit.problem.letters) if s in ("B", "K")]
+    return not fit.supported & {*slow} and any(fit.chosen.c[i] > 0 for i in slow)
