@@ -231,7 +231,7 @@ def test_what_is_refused_of_matlab(found: Any, error: type[Exception], words: st
 
 def test_published_files_of_imu_utils_are_refused(real_data: Callable[[str], Path]) -> None:
     for place in sorted(real_data("imu_utils_curves").glob("*.yaml")):
-        with pytest.raises(InputError, match=r"imu_utils.*differ from their names"):
+        with pytest.raises(InputError, match=r"imu_utils.*not what their names suggest"):
             load_models(place)
 
 

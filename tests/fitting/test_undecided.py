@@ -9,6 +9,7 @@ from scipy.stats import binom
 from verification.simulators import gauss_markov
 
 import allanite as al
+from allanite.fitting.rivals import leaves_slow_noise_open
 from allanite.fitting.undecided import over_families, with_alternative
 from allanite.noise import Estimate, NoiseModel
 
@@ -31,6 +32,31 @@ def test_a_set_is_the_union_and_the_point_estimates_stay():
     sets = [{e.symbol: (e.lower, e.value, e.upper) for e in m.estimates} for m in both]
     assert sets[0] == {"N": (1.0, 1.1, 1.4), "B": (0.1, 0.2, 0.3)}
     assert sets[1] == {"N": (1.0, 1.3, 1.4), "sigma": (0.2, 0.3, 0.5)}
+
+
+@pytest.mark.parametrize(
+    ("needed", "supported", "left_open"),
+    [("NB", "N", True), ("NK", "NQ", True), ("NBK", "NK", False), ("NB", "NB", False), ("N", "N", False)],
+)
+def test_slow_noise_is_left_open_where_it_is_needed_and_nothing_of_it_is_supported(
+    needed, supported, left_open
+):
+    assert leaves_slow_noise_open(needed, supported) is left_open
+
+
+@pytest.mark.parametrize("method", ["moments", "likelihood", "spectral"])
+def test_a_family_that_leaves_slow_noise_open_does_not_stand_alone(method):
+    """A rival that names the slow noise has its say in N."""
+    rng = np.random.default_rng([20261127, 45])
+    y = rng.standard_normal(7200) + gauss_markov(rng, 7200, 0.1, 100.0)
+    record = al.Recording.from_rate(1e-4 * y, rate=1.0, unit="rad/s", names="x")
+    model = al.fit(al.allan_curve(record)) if method == "moments" else al.fit(record, method=method)
+    flicker, markov = sorted(model.families, key=lambda m: m.family)
+    assert not any(e.supported for e in flicker.estimates if e.symbol in ("B", "K"))
+    assert any(e.needed for e in flicker.estimates if e.symbol in ("B", "K"))
+    assert next(e for e in markov.estimates if e.symbol == "sigma").supported
+    sets = {(e.lower, e.upper) for m in (flicker, markov) for e in m.estimates if e.symbol == "N"}
+    assert len(sets) == 1
 
 
 @pytest.mark.parametrize("other", [2.0, 5.0, math.inf])

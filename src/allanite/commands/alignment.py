@@ -242,7 +242,7 @@ def _of_means(job: _Job, averaging: float | None, sd_of: SdOf | None, options: M
     if lacking := [name for name in axes.names if name not in models]:
         raise InputError(
             f"means carry no noise information, and there is no model of {', '.join(lacking)}: pass one "
-            f"of gyros and accelerometers (--model study.json)"
+            "of gyros and accelerometers (--model study.json)"
         )
     return _UnitLog(
         whole=record,

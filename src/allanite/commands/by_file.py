@@ -260,7 +260,7 @@ def rests_by_file(rests_of_log: StaticSpans, log: LogOfFiles) -> StaticSpans:
             longest = max(why, key=lambda words: why[words], default="")
             raise DataQualityError(
                 f"{file}: the unit is never at rest ({longest}). Leave the file out, or use only the part "
-                f"at rest (--from, --to, or a separate file)"
+                "at rest (--from, --to, or a separate file)"
             )
         if not of_file:
             taken.append(file)

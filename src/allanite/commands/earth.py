@@ -146,7 +146,7 @@ def _one_axis(recording: Recording) -> str:
     if len(rates) == AXES:
         raise InputError(
             f"the log has three axes, {', '.join(rates)}, but turns refer to one: choose the turned axis "
-            f"with --channels; for three axes at rest, leave out the options of turns"
+            "with --channels; for three axes at rest, leave out the options of turns"
         )
     return gyro_of(recording)
 

@@ -108,7 +108,7 @@ def record_of_means(
     if np.ptp(means.duration) > _EQUAL * length:
         raise InputError(
             f"the rows were averaged over {means.duration.min():g} to {means.duration.max():g} s: here "
-            f"all rows need the same time; pass the positions as logs (--positions)"
+            "all rows need the same time; pass the positions as logs (--positions)"
         )
     begins = means.start
     start = np.arange(means.n) * (length + between) if begins is None else begins

@@ -127,5 +127,5 @@ def _refuse_other_instants(first: Recording, second: Recording) -> None:
         rates += f", begun {late / first.rate:.3g} s apart"
     raise InputError(
         f"the two logs have different sample times ({rates}): resample them to a common time first, and "
-        f"write one file"
+        "write one file"
     )

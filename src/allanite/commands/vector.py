@@ -154,8 +154,8 @@ def _refuse_turned(vector: RateVector) -> None:
         times = "once" if len(reversals) == 1 else f"{len(reversals)} times"
         raise InputError(
             f"the three axes were turned by about half a turn {times}. Turns separate the biases from the "
-            f"Earth's rotation: choose the turned axis with --channels, and state its direction with "
-            f"--first north. For the magnitude of the rate vector, including the biases, use --vector"
+            "Earth's rotation: choose the turned axis with --channels, and state its direction with "
+            "--first north. For the magnitude of the rate vector, including the biases, use --vector"
         )
 
 

@@ -509,10 +509,8 @@ def _length_by(
         return least, "oadev", [remark]
     if samples is None:
         raise InputError(
-            f"{name}: the counts fit no record without gaps ({least} to {most} samples): the intervals of "
-            f"this curve cannot be computed. Compute it here from the log, or pass --samples if the "
-            f"column counts something "
-            "else"
+            f"{name}: the counts fit no record without gaps ({least} to {most} samples): its intervals "
+            "cannot be computed. Compute it here from the log, or pass --samples if the column counts something else"
         )
     return None
 
@@ -542,7 +540,7 @@ def _lags(grid: _LagGrid, shape: _Shape, name: str) -> tuple[NDArray[np.int64], 
         worst = float(exact[off][0])
         raise InputError(
             f"{name}: averaging time {worst * shape.dt:.6g} s is {worst:.3f} samples at {1 / shape.dt:.6g} Hz, and "
-            f"must be a whole number: correct --rate (the shortest averaging time would be one sample at "
+            "must be a whole number: correct --rate (the shortest averaging time would be one sample at "
             f"{1 / (float(exact.min()) * shape.dt):.6g} Hz)"
         )
     lags, first = np.unique(whole.astype(np.int64), return_index=True)
@@ -589,7 +587,7 @@ def _channels(
             row = int(np.flatnonzero(bad)[0]) + 1 if bad.any() else 1
             raise DataQualityError(
                 f"row {row} of {column.shown!r} is {column.values[row - 1]:g}, not a deviation: "
-                f"deviations are finite and not negative; choose the columns with --channels"
+                "deviations are finite and not negative; choose the columns with --channels"
             )
         stated = given.get(name) or _root_of(column.heading.unit, squared)
         if not stated:

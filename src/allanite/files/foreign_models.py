@@ -111,7 +111,7 @@ def _refuse_unclear(path: Path, texts: Json, sections: list[Json]) -> None:
     ]
     if texts.get("type") == "IMU" and any(_VINS & keys for keys in inner):
         raise InputError(
-            f"{path} is from imu_utils, and its numbers differ from their names: gyr_w and acc_w are bias "
+            f"{path} is from imu_utils, and its numbers are not what their names suggest: gyr_w and acc_w are bias "
             "instabilities, not random walks, and gyr_n and acc_n are root densities in some files and deviations of "
             "one sample (times the root of the rate) in others. State the known coefficients: 'N=0.3 "
             "deg/√h, B=5 deg/h'; or fit the record itself"
@@ -119,13 +119,13 @@ def _refuse_unclear(path: Path, texts: Json, sections: list[Json]) -> None:
     if any(_VINS & {*section} for section in sections):
         raise InputError(
             f"{path} is a configuration of VINS: gyr_n and gyr_w apply to one step at the rate of the "
-            f"IMU, which is not in the file. With the rate f in Hz, N = gyr_n/√(2 f) and K = gyr_w/√f: "
-            f"state them as 'N=… rad/s/√Hz, K=… rad/s/√s'"
+            "IMU, which is not in the file. With the rate f in Hz, N = gyr_n/√(2 f) and K = gyr_w/√f: "
+            "state them as 'N=… rad/s/√Hz, K=… rad/s/√s'"
         )
     if len(_OF_ALLAN_VARIANCE_ROS & {*texts}) >= 2 and "update_rate" not in texts:
         raise InputError(
             f"{path} is the configuration of allan_variance_ros for reading a bag, without noise. Use the "
-            f"imu.yaml that it wrote"
+            "imu.yaml that it wrote"
         )
 
 

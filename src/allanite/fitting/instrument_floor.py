@@ -88,8 +88,8 @@ def floor_of(recording: Recording, floor: Recording) -> Recording:
     if abs(floor.rate / recording.rate - 1.0) > SAME_RATE:
         raise InputError(
             f"the floor was recorded at {floor.rate:.9g} Hz, the sensor at {recording.rate:.9g} Hz: the "
-            f"noise of an instrument depends on its settings and does not follow from another rate; "
-            f"record the shorted input with the settings of the sensor"
+            "noise of an instrument depends on its settings and does not follow from another rate; "
+            "record the shorted input with the settings of the sensor"
         )
     named = [c for c in recording.channels if c.kind.noise_bearing]
     pairs = [(c, _own(c, floor)) for c in named]
@@ -112,7 +112,7 @@ def _own(channel: Channel, floor: Recording) -> Channel:
     names = ", ".join(c.name for c in candidates) or "none"
     raise InputError(
         f"channel {channel.name!r} has no floor: the channels of the floor are {names}. Use the names of "
-        f"the sensor, or a floor with a single channel for all"
+        "the sensor, or a floor with a single channel for all"
     )
 
 
@@ -145,7 +145,7 @@ def _scale(channel: Channel, shorted: Channel) -> float:
     raise InputError(
         f"channel {channel.name!r} is written in {channel.unit or 'an unknown unit'!s} ({channel.kind.value}), its "
         f"floor in {shorted.unit or 'an unknown unit'!s} ({shorted.kind.value}): the floor must have the "
-        f"unit of the samples, or that of the sensor"
+        "unit of the samples, or that of the sensor"
     )
 
 
@@ -294,7 +294,7 @@ def _curve_of(floor: Recording, like: AllanCurve) -> AllanCurve:
     if len(lags) == 0:
         raise DataQualityError(
             f"the floor's {floor.n_samples} samples cover none of the lags of the curve: record the "
-            f"shorted input longer"
+            "shorted input longer"
         )
     return allan_curve(floor, taus=lags * floor.dt, confidence=like.confidence)
 

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Confidence sets by inverting a test: how far it contradicts nothing, and which distance is a contradiction.
+"""Confidence sets by test inversion: where a set ends, and the critical value that decides it.
 
-The set of a parameter holds every value whose loss, all other parameters being free, stays below a critical value. The
-root of the loss is nearly straight in the logarithm of a coefficient, which is how an end is looked for.
+The set of a parameter holds every value whose loss, with all other parameters free, stays below a critical value. The
+root of the loss is nearly linear in the logarithm of a coefficient; the search for an end relies on that.
 
 Coefficients live on a cone (none is negative), so the distance of two fits is not exactly chi-square: with several
 terms near zero its 95 % point lies between 3.84 and about 5.5. The point is computed by drawing from the linearized
@@ -27,13 +27,13 @@ from numpy.typing import NDArray
 __all__ = ["CERTAIN", "cone_point", "crossing", "end_of_set", "end_of_time", "normals", "square_cone_point"]
 
 Array = NDArray[np.float64]
-#: What a value of the tested parameter costs, all others being free: twice the fall of the log-likelihood, or its like.
+#: What a value of the tested parameter costs, all others free: twice the drop of the log-likelihood, or its like.
 Loss = Callable[[float], float]
 
 #: Relative standard deviation of a coefficient below which its set cannot reach zero (thirty sigma).
 CERTAIN = 0.03
 _DRAWS = 8000
-_TOLERANCE = 2e-3  # of the root of the loss; what is left is interpolated
+_TOLERANCE = 2e-3  # of the root of the loss; the rest is interpolated
 _WIDEST = 50.0  # in the logarithm of a parameter
 _FIRST_STEP = 1.5  # largest, in the logarithm
 _ROUNDS = 40
@@ -51,7 +51,7 @@ def crossing(loss: Loss, critical: float, first: float, reach: float = math.inf)
         Of x > 0.
     critical : float
     first : float
-        First step: about the distance that is expected.
+        First step: about the expected distance.
     """
 
     def excess(x: float) -> float:
@@ -95,7 +95,7 @@ def end_of_set(
         A value within the set.
     direction : {-1, 1}
     sd : float
-        Standard deviation of the logarithm of the value, about.
+        Approximate standard deviation of the logarithm of the value.
     reach : float
         Of the search, in the logarithm.
     """

@@ -170,7 +170,7 @@ def _with_discrepancy(lags: _Lags) -> LagChoice:
     if best.p < _NOT_EXPLAINED:
         raise FitError(
             f"no sum of noise terms explains the curve to {_WORST:.0%} in variance: the record is not the "
-            f"noise of a sensor at rest; check the findings, the spectrum and the time series"
+            "noise of a sensor at rest; check the findings, the spectrum and the time series"
         )
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2

@@ -24,7 +24,7 @@ from allanite.fitting.instrument import of_floor
 from allanite.fitting.instrument_floor import SAME_RATE
 from allanite.fitting.misfit import Floor, LagChoice, best_explained
 from allanite.fitting.objective import CurveSolution, advantage, sensitivity
-from allanite.fitting.rivals import supported_families
+from allanite.fitting.rivals import leaves_slow_noise_open, supported_families
 from allanite.fitting.sets import fisher_sd
 from allanite.fitting.stand_ins import PowerLaws, power_laws, shortest_time
 from allanite.fitting.undecided import over_families, with_alternative
@@ -112,8 +112,8 @@ def fit_moments(
     if curve.statistic != "oadev":
         raise InputError(
             f"the moment fit takes the oadev curve, not {curve.statistic}: the covariance between its "
-            f"lags is unknown. Compute the oadev curve from the log: allan_curve(recording), with "
-            f"disturbed samples marked as "
+            "lags is unknown. Compute the oadev curve from the log: allan_curve(recording), with "
+            "disturbed samples marked as "
             "missing"
         )
     if len(curve.channels) != 1:
@@ -159,12 +159,12 @@ def _floor(curve: AllanCurve, floor: AllanCurve) -> Floor:
         raise InputError(
             f"the floor has an interval of {floor.dt:.6g} s ({other.sampling}), the curve of {curve.dt:.6g} s "
             f"({mine.sampling}): the noise of an instrument depends on its settings; record both with the "
-            f"same settings"
+            "same settings"
         )
     if other.kind is not mine.kind:
         raise InputError(
             f"the floor is of {other.kind.value}, the curve of {mine.kind.value}: apply the scale factor "
-            f"to the floor first (allanite.fitting.instrument_floor.floor_of)"
+            "to the floor first (allanite.fitting.instrument_floor.floor_of)"
         )
     used = lags_used(floor)
     if used.sum() < 3:
@@ -190,7 +190,8 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
                 "the curve is that of a ramp, and no other noise is resolved; remove the trend, or check "
                 "the findings and the curve"
             )
-        return fit, name in fit.supported or (name == "B" and _needs_slow_noise(fit))
+        needed = [s for s in symbols if fit.selected.coefficient(s) > 0]
+        return fit, name in fit.supported or (name == "B" and leaves_slow_noise_open(needed, fit.supported))
 
     if chosen.other is not None:
         return [fitted(chosen.other.symbols, chosen.other, "G", 1.0)[0]]
@@ -200,11 +201,6 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
         partial(fitted, best.symbols, best, "B"),
         partial(fitted, other.symbols, other, "G"),
     )
-
-
-def _needs_slow_noise(fit: CurveFamilyFit) -> bool:
-    """Flicker or a random walk is needed, and neither is supported."""
-    return not fit.supported & {"B", "K"} and any(fit.selected.coefficient(s) > 0 for s in "BK")
 
 
 def curve_slopes(curve: AllanCurve, supported: Collection[str]) -> dict[str, float]:
@@ -243,12 +239,12 @@ def _verdict(models: list[NoiseModel], dt: float) -> str:
     if facts["left_out"]:
         text += (
             f" Lags below {facts['shortest_tau']:.3g} s fit no sum of terms (the sensor's filter, "
-            f"vibration) and are left out."
+            "vibration) and are left out."
         )
     if facts["discrepancy"]:
         text += (
             f" No sum of terms explains the curve better than to {facts['discrepancy']:.1%} in variance; "
-            f"the intervals include that."
+            "the intervals include that."
         )
     elif facts["p"] < 0.01:
         text += f" The model does not explain the curve well (p = {facts['p']:.1g})"

@@ -8,12 +8,21 @@ Gauss-Markov term has one parameter more to reach, in at most 2.5 %; Gauss-Marko
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TypeVar
 
-__all__ = ["DOUBTFUL", "PAYS_FOR_TIME", "PAYS_FOR_TWO", "REJECTS_FLICKER", "supported_families"]
+__all__ = [
+    "DOUBTFUL",
+    "PAYS_FOR_TIME",
+    "PAYS_FOR_TWO",
+    "REJECTS_FLICKER",
+    "leaves_slow_noise_open",
+    "supported_families",
+]
 
 Fit = TypeVar("Fit")
+
+_SLOW = frozenset("BK")
 
 #: Twice the advantage in log-likelihood of the rival that rejects a family.
 REJECTS_FLICKER, REJECTS_GAUSS_MARKOV = 8.0, 5.0
@@ -23,6 +32,11 @@ PREFERS_GAUSS_MARKOV = 4.0
 #: twice the log-likelihood: far more than noise gains by two more parameters. A term that stands at the shortest time
 #: has to gain only what excludes that time.
 DOUBTFUL, PAYS_FOR_TWO, PAYS_FOR_TIME = 0.05, 15.0, 3.84
+
+
+def leaves_slow_noise_open(needed: Iterable[str], supported: Iterable[str]) -> bool:
+    """A sum without a Gauss-Markov term needs flicker or a random walk, and supports neither."""
+    return not _SLOW.isdisjoint(needed) and _SLOW.isdisjoint(supported)
 
 
 def supported_families(
@@ -40,8 +54,8 @@ def supported_families(
     against_flicker, against_markov : float
         Twice the advantage in log-likelihood of the rival.
     flicker, markov : callable
-        The fit, and whether it supports the term that is the family's own, or, of flicker, needs slow noise and
-        supports no term of it: the rival may say which. Called when needed.
+        The fit, and whether it supports the term that is the family's own. Flicker counts as supported where its
+        family leaves slow noise open: the rival may say which it is. Called when needed.
     rejects_flicker : float
         Another threshold.
     """

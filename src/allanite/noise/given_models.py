@@ -91,7 +91,7 @@ def _refuse_other_kinds(models: Mapping[str, NoiseModel], kinds: Mapping[str, Ki
         if not _fits(model, kinds[name]):
             raise InputError(
                 f"the noise model of {name!r} is of {model.kind}, not of {kinds[name].value}: state it in "
-                f"the unit of the channel, or pass the scale factor of the data sheet with the record"
+                "the unit of the channel, or pass the scale factor of the data sheet with the record"
             )
 
 

@@ -112,7 +112,7 @@ def _refuse(path: Path, mode: int) -> None:
         raise InputError(f"{path} is a folder; expected a file")
     raise InputError(
         f"{path} is {kind}, not a regular file: it is not opened. Save its output to a file, or pipe it "
-        f"in and pass - as the name"
+        "in and pass - as the name"
     )
 
 

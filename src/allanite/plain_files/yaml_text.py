@@ -108,7 +108,7 @@ def _refuse_excess(text: str, place: Path) -> None:
         if _LANGUAGE_TAG.match(tag):
             raise FormatError(
                 f"{place}, line {line}: the tag {tag.removeprefix(_STANDARD)} belongs to a programming "
-                f"language and is not read; write plain text, numbers and lists"
+                "language and is not read; write plain text, numbers and lists"
             )
         if kind in ("SequenceStartEvent", "MappingStartEvent"):
             within.append((anchor, entries))
@@ -130,7 +130,7 @@ def _refuse_excess(text: str, place: Path) -> None:
         if entries > ENTRIES:
             raise LimitError(
                 f"{place}, line {line}: more than {ENTRIES} entries, counting aliases each time. Split "
-                f"the file, or remove the aliases"
+                "the file, or remove the aliases"
             )
 
 

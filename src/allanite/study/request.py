@@ -49,7 +49,7 @@ class Request:
         if self.method == "likelihood" and unknown:
             raise InputError(
                 f"the fit of the samples (likelihood) does not support {' or '.join(unknown)}: leave that "
-                f"out, or fit the curve (moments)"
+                "out, or fit the curve (moments)"
             )
 
     @property

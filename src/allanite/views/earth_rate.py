@@ -238,7 +238,7 @@ def _method(result: EarthRateEstimate) -> list[PageBlock]:
     return [
         Text(
             f"One {axis} axis at the latitude φ, pointing {plus} or {minus}, senses the {axis} part of "
-            f"the Earth's rotation, its bias, and noise:"
+            "the Earth's rotation, its bias, and noise:"
         ),
         *equation("turned_over" if over else "turned"),
         *([Text(_GRAVITY)] if over else []),

@@ -68,7 +68,7 @@ def _verdict(estimate: EnvironmentFacts) -> Iterator[PageBlock]:
 def _effect(estimate: EnvironmentFacts) -> list[PageBlock]:
     caption = (
         f"{estimate.channel}: Allan deviation of the block means, of the removed signal with one standard "
-        f"deviation, and the remaining fraction of the noise, by which the curve is corrected."
+        "deviation, and the remaining fraction of the noise, by which the curve is corrected."
     )
     return effect_table(estimate, caption)
 

@@ -232,8 +232,8 @@ def _curves(study: Study) -> Iterator[PageBlock]:
                 f"group-{i}",
                 study,
                 f"{group.title}: {statistic} of all channels with {100 * curve.confidence:g} % bands and "
-                f"models; thin lines show the slopes of the terms. Each channel follows below with its "
-                f"terms and limits.",
+                "models; thin lines show the slopes of the terms. Each channel follows below with its "
+                "terms and limits.",
                 f"{statistic} against averaging time of {', '.join(names)}.",
                 view="groups",
                 channels=names,
@@ -499,8 +499,8 @@ def _method(study: Study) -> Iterator[PageBlock]:
     shown = sorted({_in_a_sentence(STATISTICS[c.curve.statistic]) for c in study.channels})
     yield Text(
         f"The curve is the {' and the '.join(shown)} over averaging times τ = m Tₛ. Its square is "
-        f"computed from the running sum θ of the samples over all complete overlapping windows; gaps are "
-        f"neither closed up nor filled:"
+        "computed from the running sum θ of the samples over all complete overlapping windows; gaps are "
+        "neither closed up nor filled:"
     )
     yield from equation("allan_variance")
     yield Text(

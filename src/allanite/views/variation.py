@@ -100,7 +100,7 @@ def _pictures(result: Variation) -> Iterator[PageBlock]:
     for i, channel in enumerate(result.channels):
         caption = (
             f"{channel.name}: Allan deviation over time and averaging time, relative to the whole record. "
-            f"Red: larger, blue: smaller. Framed windows deviate significantly (family-wise); pale ones do not."
+            "Red: larger, blue: smaller. Framed windows deviate significantly (family-wise); pale ones do not."
         )
         yield from drawn(f"map-{i}", result, caption, caption, view="map", channels=[channel.name])
         caption = f"{channel.name}: some averaging times, every window with its interval."

@@ -88,7 +88,7 @@ class Block:
         if self.values.ndim != 2 or self.flags.shape != (n,):
             raise InputError(
                 f"block: values {self.values.shape} and flags {self.flags.shape} do not match; they must "
-                f"be (n_samples, n_channels) and (n_samples,)"
+                "be (n_samples, n_channels) and (n_samples,)"
             )
         if self.counter is not None and self.counter.shape != (n,):
             raise InputError(f"block: {n} samples but {len(self.counter)} counters")

@@ -61,7 +61,7 @@ def read_instruments(source: str | os.PathLike[str], written: Iterable[Path]) ->
     if any(place.is_relative_to(folder) for folder in written):
         raise InputError(
             f"{source} is in a folder that the page writes to: move the list of instruments elsewhere, "
-            f"for example in "
+            "for example in "
             "/etc/allanite"
         )
     try:

@@ -119,7 +119,7 @@ def read_rate_table(path: str | os.PathLike[str]) -> RateTable:
     has = ", ".join(units) or "none of them"
     raise FormatError(
         f"{sheet.file}, line {sheet.heading[0]}: a table needs the columns start, stop, rate (steps), time, angle (an "
-        f"encoder), time, rate, or start, stop, amplitude, frequency (sinusoids); the heading "
+        "encoder), time, rate, or start, stop, amplitude, frequency (sinusoids); the heading "
         f"{', '.join(sheet.heading[1])!r} has {has}"
     )
 

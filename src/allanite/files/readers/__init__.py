@@ -246,7 +246,7 @@ def _paths(path: object) -> list[Path]:
         if not isinstance(one, (str, os.PathLike)):
             raise InputError(
                 f"read needs paths of files, not a {type(one).__name__}; for samples in memory use "
-                f"al.Recording.from_rate(y, rate=100.0, unit='deg/s')"
+                "al.Recording.from_rate(y, rate=100.0, unit='deg/s')"
             )
         paths.append(Path(one))
     if not paths:
@@ -276,7 +276,7 @@ def _reader_for(path: Path) -> Reader:
         )
     raise FormatError(
         f"{path.name} is binary, in an unknown format. If you know its records, describe them in a small "
-        f"YAML file and read it with layout= (--layout)"
+        "YAML file and read it with layout= (--layout)"
     )
 
 

@@ -217,7 +217,7 @@ def one_record(
     if not 1 <= record.ndim <= 2:
         raise InputError(
             f"{file}: {called} has shape {array.shape}, and the record that is named {record.shape}; "
-            f"samples must be a column or a table: give one index more or less"
+            "samples must be a column or a table: give one index more or less"
         )
     return {**arrays, name: record}
 

@@ -66,7 +66,7 @@ def as_clock(table: Table, options: Options, name: str) -> tuple[Table, Options]
             wanted = "1, ppm, ppb, or Hz" if kind is Kind.FREQUENCY else "s, ns, ps, or cycles"
             raise InputError(
                 f"the unit of the {kind.value} {label} is not in the file: pass --unit (unit=): {wanted} "
-                f"with --carrier"
+                "with --carrier"
             )
         channel, offset = clock_channel(label, unit, kind, options.carrier)
         headings[i] = label

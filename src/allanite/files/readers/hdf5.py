@@ -117,7 +117,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
         if tree.outside and variable is None:
             raise FormatError(
                 f"{name} leads out of itself: {'; '.join(tree.outside[:5])}. Nothing outside the file is "
-                f"read; choose a part of the rest with variable= (--variable)"
+                "read; choose a part of the rest with variable= (--variable)"
             )
         bare, index = picked(variable)
         if index is not None and bare in tree.leaves:

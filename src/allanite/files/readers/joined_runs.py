@@ -46,7 +46,7 @@ def join_runs(tables: Sequence[Table], names: Sequence[str], chained: Any) -> Ta
         if other := _differences(first, table):
             raise InputError(
                 f"{name} does not belong to the same log as {first_name}: {'; '.join(other)}. Such "
-                f"samples are never merged: characterize them separately, and compare the studies"
+                "samples are never merged: characterize them separately, and compare the studies"
             )
     lengths = [len(t.columns[0]) for t, _ in placed]
     begins = [round(((t.start or 0) - (first.start or 0)) * 1e-9 * rate) for t, _ in placed]

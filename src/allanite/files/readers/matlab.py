@@ -122,7 +122,7 @@ def _unpacked_size(file: IO[bytes], path: Path) -> int:
         if len(tag) < 8 or at + 8 + length > size:
             raise FormatError(
                 f"{path.name}: an element at byte {at} declares {length} bytes, but the file ends before "
-                f"that: it is truncated or damaged"
+                "that: it is truncated or damaged"
             )
         total += length
         if kind == _COMPRESSED:

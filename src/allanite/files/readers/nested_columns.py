@@ -67,7 +67,7 @@ class NumberColumn:
             if lengths.to_pylist() not in ([], [length]):
                 raise FormatError(
                     f"column {self.source}: lists of different lengths in row group {group}; write their "
-                    f"numbers to separate columns"
+                    "numbers to separate columns"
                 )
             array = pc.list_element(array, step)
         return array

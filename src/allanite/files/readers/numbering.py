@@ -90,7 +90,7 @@ def numbering_of(
             elif not timed:
                 remarks.append(
                     f"column {heading.name} has the name of a sample number but does not number the rows: "
-                    f"it is a channel, and does not show gaps"
+                    "it is a channel, and does not show gaps"
                 )
         elif place not in used and len(columns) > 1 and not heading.group and not heading.unit:
             numbering = _unnamed(place, heading.name, column, timed=timed)
@@ -166,7 +166,7 @@ def unseen_by_stamps(numberings: Sequence[RowNumbering], missing: int) -> list[s
     """In words, samples that are missing by their numbers where the time stamps show no gap."""
     return [
         f"by its numbers, column {n.name}, {n.missing} samples are missing, by the time stamps {missing}: "
-        f"time stamps added on receipt hide lost samples"
+        "time stamps added on receipt hide lost samples"
         for n in numberings
         if n.missing > missing
     ]

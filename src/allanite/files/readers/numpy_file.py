@@ -91,7 +91,7 @@ def read(path: Path, options: Options) -> Table:
         if name or (index is None and name is not None):
             raise InputError(
                 f"{path.name} is a single array: variable={options.variable!r} does not apply to it; a "
-                f"record of three dimensions is '[0]' or '[:, :, 0]'"
+                "record of three dimensions is '[0]' or '[:, :, 0]'"
             )
         file.seek(0)
         array = _mapped(file, _read_header(file, path.name), path.stat().st_size, path.name)

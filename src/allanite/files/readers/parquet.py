@@ -258,7 +258,7 @@ def _table(path: Path, magic: bytes, schema: pa.Schema, lengths: list[int], deco
     if twice:  # columns are decoded by their name
         raise InputError(
             f"{path.name}: several columns have the name {', '.join(map(repr, twice[:5]))}; give each a "
-            f"different name"
+            "different name"
         )
     columns: list[Column] = []
     time_units: dict[int, str] = {}

@@ -134,7 +134,7 @@ def _records(data: NDArray[np.uint8], frame: RecordFrame, name: str) -> tuple[_R
     if len(places) == 0:
         raise DataQualityError(
             f"{name}: no record of {size} bytes begins with {frame.header.hex(' ').upper()} and is "
-            f"followed by another one: the layout does not match, or 'skip' is wrong"
+            "followed by another one: the layout does not match, or 'skip' is wrong"
         )
     return _Raw(data, size, places, len(places)), [
         f"{skipped} bytes in {breaks} place(s) outside complete records are skipped"

@@ -259,6 +259,6 @@ class _Parted(Calculated):
             date = ", ".join(f"{part} {int(values[at])}" for part, values in of.items())
             raise InputError(
                 f"{self.file}: row {int(rows[at])}: {date} is not a date. Correct the row, name another "
-                f"time column (--time), or pass the rate and no time (--time none --rate RATE)"
+                "time column (--time), or pass the rate and no time (--time none --rate RATE)"
             )
         return np.asarray(dates.astype(np.int64))

@@ -344,7 +344,7 @@ def _refuse(stamps: Filled, marks: Marks, tally: _Tally, source: str, interval: 
         raise DataQualityError(
             f"time column {source!r} runs backward at {tally.backward} of {n} rows (first: rows "
             f"{', '.join(map(str, tally.backward_rows))}): the rows are not in chronological order; sort "
-            f"them, or pass the rate (--rate), which overrides the stamps"
+            "them, or pass the rate (--rate), which overrides the stamps"
         )
     if len(marks.missing) and int(marks.missing.sum()) + n > _LONGEST_GRID * n + _LONG_ENOUGH:
         longest = np.argsort(marks.missing)[::-1][:_LISTED_ROWS]

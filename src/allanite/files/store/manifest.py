@@ -185,7 +185,7 @@ def _lock(descriptor: int, folder: Path) -> None:
     except BlockingIOError:
         raise StorageError(
             f"{folder} is being written by another process: stop that one, or choose another folder. "
-            f"Reading is possible"
+            "Reading is possible"
         ) from None
 
 

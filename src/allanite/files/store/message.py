@@ -318,7 +318,7 @@ def _foreign() -> Iterator[None]:
     except (pa.ArrowException, OSError, ValueError, TypeError, LookupError) as error:
         raise FormatError(
             f"the checksum of a batch is right, but the batch cannot be decoded ({type(error).__name__}): "
-            f"allanite has not written this run"
+            "allanite has not written this run"
         ) from None
 
 

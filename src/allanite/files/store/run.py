@@ -149,8 +149,8 @@ class Run:
                         changed = "; ".join(before.header.differences(segment.opening.header))
                         raise DataQualityError(
                             f"{self.folder}: the settings change at {name} ({changed}). Such samples are "
-                            f"never merged; read one part of the run: --variable 1 or --variable 2 "
-                            f"(part=1 in Python), and so on"
+                            "never merged; read one part of the run: --variable 1 or --variable 2 "
+                            "(part=1 in Python), and so on"
                         )
                 before = segment.opening
             if part in (None, number):

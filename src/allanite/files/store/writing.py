@@ -310,7 +310,7 @@ class LogStore:
         if self._written is not None and batch.first <= self._written:
             raise InputError(
                 f"sample {batch.first} after sample {self._written}: the counter of a run must increase; "
-                f"if an instrument restarts, continue from the last number"
+                "if an instrument restarts, continue from the last number"
             )
 
     def _attempt(self, step: Callable[[], None]) -> None:

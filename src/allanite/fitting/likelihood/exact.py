@@ -76,7 +76,7 @@ def sharpened(
     if n > MOST_SAMPLES:
         raise LimitError(
             f"{n} samples are too many for the exact engine (at most {MOST_SAMPLES}); use "
-            f"engine='composite', with almost no loss of precision"
+            "engine='composite', with almost no loss of precision"
         )
     y = samples() / objective.scale
 

@@ -204,7 +204,7 @@ class LikelihoodProblem:
                 raise InputError(
                     f"a line at {f:g} Hz has {f * duration:.2g} periods in the record of {duration:g} s, and fewer "
                     f"than {FEWEST_PERIODS:g} cannot be distinguished from slow noise: leave out that "
-                    f"line, or record at least "
+                    "line, or record at least "
                     f"{FEWEST_PERIODS / f:.3g} s"
                 )
         name = self.channel.name

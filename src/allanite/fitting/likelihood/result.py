@@ -29,6 +29,7 @@ from allanite.fitting.rivals import (
     PAYS_FOR_TIME,
     PAYS_FOR_TWO,
     REJECTS_FLICKER,
+    leaves_slow_noise_open,
     supported_families,
 )
 from allanite.fitting.undecided import over_families, with_alternative
@@ -182,7 +183,10 @@ def _families(looks: _Looks, confidence: float) -> list[LikelihoodFamilyFit]:
 
     def fitted(candidate: Candidate, name: str) -> tuple[LikelihoodFamilyFit, bool]:
         fit = fit_family(looks.problem, *candidate, confidence)
-        return fit, fit.supports(name) or (name == "B" and _needs_slow_noise(fit))
+        at = fit.selected.at
+        needed = [k.symbol for k, c in zip(at.components, at.c, strict=True) if c > 0]
+        supported = [fit.letters[i] for i in fit.supported]
+        return fit, fit.supports(name) or (name == "B" and leaves_slow_noise_open(needed, supported))
 
     if len(looks.candidates) == 1:
         return [fitted(looks.candidates[0], "G")[0]]
@@ -191,25 +195,18 @@ def _families(looks: _Looks, confidence: float) -> list[LikelihoodFamilyFit]:
     return supported_families(gain, -gain, partial(fitted, flicker, "B"), partial(fitted, markov, "G"))
 
 
-def _needs_slow_noise(fit: LikelihoodFamilyFit) -> bool:
-    """Flicker or a random walk is needed, and neither is supported."""
-    at = fit.selected.at
-    needed = any(k.symbol in ("B", "K") and c > 0 for k, c in zip(at.components, at.c, strict=True))
-    return needed and not any(fit.letters[i] in ("B", "K") for i in fit.supported)
-
-
 def _with_verdict(models: list[NoiseModel], dt: float) -> list[NoiseModel]:
     text = "By maximum likelihood, " + supported_words(models)
     facts = models[0].goodness
     if facts["left_out"]:
         text += (
             f" The noise within {facts['shortest_tau']:.3g} s fits none of the tested sums of terms (the "
-            f"sensor's filter, vibration) and is left out."
+            "sensor's filter, vibration) and is left out."
         )
     if facts["p"] < 0.01:
         text += (
             f" The model does not explain the record well (p = {facts['p']:.1g}): it contains something "
-            f"else, which the intervals do not include."
+            "else, which the intervals do not include."
         )
     text += quick_words(models[0], dt) + stand_in_words(facts, "its Allan curve")
     return [replace(m, verdict=text) for m in models]

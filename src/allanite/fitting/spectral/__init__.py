@@ -22,7 +22,7 @@ from dataclasses import replace
 from functools import partial
 
 from allanite.errors import DataQualityError, InputError
-from allanite.fitting.rivals import supported_families
+from allanite.fitting.rivals import leaves_slow_noise_open, supported_families
 from allanite.fitting.spectral.misfit import Explained, best_explained
 from allanite.fitting.spectral.ordinates import Ordinates, ordinates_of
 from allanite.fitting.spectral.profile import WhittleFit, fitted
@@ -164,8 +164,9 @@ def _families(explained: Explained, confidence: float) -> list[WhittleFit]:
 
     def judged(problem: WhittleProblem, at: WhittleSolution, name: str) -> tuple[WhittleFit, bool]:
         fit = fitted(problem, at, confidence)
-        supported = problem.letters.index(name) in fit.supported
-        return fit, supported or (name == "B" and _needs_slow_noise(fit))
+        needed = [s for s, c in zip(problem.letters, fit.chosen.c, strict=True) if c > 0]
+        supported = [problem.letters[i] for i in fit.supported]
+        return fit, name in supported or (name == "B" and leaves_slow_noise_open(needed, supported))
 
     gain = best.value - other.value
     return supported_families(
@@ -175,9 +176,3 @@ def _families(explained: Explained, confidence: float) -> list[WhittleFit]:
         partial(judged, markov, other, "G"),
         rejects_flicker=_REJECTS_FLICKER,
     )
-
-
-def _needs_slow_noise(fit: WhittleFit) -> bool:
-    """Flicker or a random walk is needed, and neither is supported."""
-    slow = [i for i, s in enumerate(fit.problem.letters) if s in ("B", "K")]
-    return not fit.supported & {*slow} and any(fit.chosen.c[i] > 0 for i in slow)

@@ -76,7 +76,7 @@ def _with_discrepancy(data: Ordinates, candidates: Sequence[tuple[str, ...]]) ->
     if _best(best) < _NOT_EXPLAINED:
         raise FitError(
             f"no sum of noise terms explains the spectrum to {_WORST:.0%}: the record is not the noise of "
-            f"a sensor at rest; check the findings, the spectrum and the time series"
+            "a sensor at rest; check the findings, the spectrum and the time series"
         )
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2

@@ -140,6 +140,6 @@ def verdict_of(models: list[NoiseModel]) -> str:
     elif facts["p"] < 0.01:
         text += (
             f" The model does not explain the spectrum well (p = {facts['p']:.1g}): the record contains "
-            f"something else."
+            "something else."
         )
     return text

@@ -244,7 +244,7 @@ class AllanCurve:
         if lags[-1] > n_samples // 2:
             raise InputError(
                 f"lag {t.max():g} s is longer than half of {n_samples} samples at {dt:g} s; pass the true "
-                f"length of the record"
+                "length of the record"
             )
         count = n_samples - 2 * lags + 1
         sigma = sigma[first] * abs(channel.scale)

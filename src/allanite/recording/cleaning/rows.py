@@ -82,7 +82,7 @@ def drop_repeats(recording: Recording) -> Recording:
         words = ", ".join(f"{s.name} {_how(held.get(s.name))}" for s in varying)
         raise InputError(
             f"the channels repeat differently ({words}): they have no common rate; repair those of one "
-            f"rate at a time "
+            "rate at a time "
             "(channels=, --channels)"
         )
     one = next(iter(held.values()), None)
@@ -225,7 +225,7 @@ def _refuse_coarse(repair: str, varying: list[ChannelSurvey], share: float) -> N
         raise DataQualityError(
             f"{repair}: the values come in such coarse steps that {percent(chance)} of the rows equal the "
             f"previous one by chance, and {percent(share)} do: readings and repeats cannot be "
-            f"distinguished. Use all channels together, or keep the record unchanged"
+            "distinguished. Use all channels together, or keep the record unchanged"
         )
 
 

@@ -105,7 +105,7 @@ def drop_spikes(recording: Recording, threshold: str = "") -> Recording:
         if outliers.crowded > 0.1 * s.present:
             raise DataQualityError(
                 f"channel {s.name!r}: large steps are too frequent for isolated impulses (see "
-                f"heavy_tails); dropping them would change the measured noise"
+                "heavy_tails); dropping them would change the measured noise"
             )
         size = np.abs(outliers.deviation) / np.where(outliers.sigma > 0, outliers.sigma, np.inf)
         at = outliers.position[size > limit]
@@ -153,7 +153,7 @@ def cut_motion(recording: Recording) -> Recording:
     if share > 0.9:
         raise DataQualityError(
             f"cut_motion would leave {100 * (1 - share):.2g} % of the record: the sensor was rarely at "
-            f"rest; record it at rest, or choose a part (--from, --to)"
+            "rest; record it at rest, or choose a part (--from, --to)"
         )
     return masked(recording, "cut_motion", "the unit moved", dict.fromkeys(names, out))
 

@@ -179,7 +179,7 @@ def _finding(hold: Hold, several: bool) -> Finding:
         text = (
             f"{percent(hold.share)} of the samples repeat the previous one, at no steady rate, and the "
             f"step of the values does not explain it: the log has about {rate * (1.0 - hold.share):.3g} "
-            f"values per second"
+            "values per second"
         )
         advice = (
             "log on the sensor's data-ready signal, or log its counter; values that repeat more often than others make "

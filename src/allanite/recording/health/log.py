@@ -59,7 +59,7 @@ def _set_back(alone: Mapping[str, Any] | None) -> str:
     options = " ".join(f"--{end} {alone[end]:.15g}" for end in ("from", "to") if end in alone)
     return (
         f"was the clock set back (to winter time, say)? {options} takes {alone['rows']} rows with unique "
-        f"times; --rate overrides the stamps"
+        "times; --rate overrides the stamps"
     )
 
 
@@ -97,7 +97,7 @@ def jitter(recording: Recording) -> Iterator[Finding]:
         if lost:
             message += (
                 f"; {plural(lost, 'sample')} next to pauses may be up to a step from their place. Log "
-                f"finer stamps, or name another time column (--time)"
+                "finer stamps, or name another time column (--time)"
             )
         yield finding(
             "coarse_stamps",
@@ -150,14 +150,14 @@ def _scatter(recording: Recording, rms: float, lost: int) -> Finding:
     moving = bool(shows)
     message = (
         f"time stamps scatter by {rms:.3g} s rms, {percent(share)} of the interval; the samples are "
-        f"treated as evenly spaced"
+        "treated as evenly spaced"
     )
     if moving:
         message += f"; {shows}"
     if lost:
         message += (
             f"; {plural(lost, 'sample')}, stamped in one batch around missing ones, may be displaced by "
-            f"as many intervals as samples are missing"
+            "as many intervals as samples are missing"
         )
     of_clock = bool(kinds & {Kind.PHASE, Kind.FREQUENCY})
     return finding(
@@ -262,7 +262,7 @@ def _off_grid(recording: Recording, share: float) -> Finding:
     return finding(
         "off_grid",
         f"{percent(share)} of the samples are more than half an interval from an even grid of {rate} Hz, "
-        f"and no slow clock drift explains it: sampling was uneven, or samples were lost without a gap in the stamps",
+        "and no slow clock drift explains it: sampling was uneven, or samples were lost without a gap in the stamps",
         severity=Severity.FATAL,
         count=round(share * recording.n_samples),
         advice=f"log the clock of the sensor; --rate {rate} treats the samples as even and ignores the stamps",

@@ -130,7 +130,7 @@ def _unnamed(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
     name = group[0].name
     return "", (
         f"if so, {unit_option([name], 'LSB')}, and --scale-factor '{name}=131 LSB/(deg/s)' with the value "
-        f"of the data sheet"
+        "of the data sheet"
     )
 
 

@@ -50,7 +50,7 @@ def quantisation(survey: ChannelSurvey) -> Iterator[Finding]:
         yield finding(
             "quantisation_limited",
             f"the sample-to-sample noise is less than half the step (LSB) of {step:.4g}{survey.unit} of "
-            f"the values: it is not resolved",
+            "the values: it is not resolved",
             severity=Severity.FATAL,
             channel=survey.name,
             count=survey.present,

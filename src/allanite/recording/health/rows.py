@@ -26,7 +26,7 @@ def rows_of_means(recording: Recording) -> Iterator[Finding]:
         yield finding(
             "rows_of_means",
             f"{recording.n_samples} rows in which three channels have the same magnitude in many "
-            f"directions, like gravity in a table of positions: these are not samples of a log",
+            "directions, like gravity in a table of positions: these are not samples of a log",
             severity=Severity.FATAL,
             count=recording.n_samples,
         )

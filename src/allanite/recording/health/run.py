@@ -89,7 +89,7 @@ def doubtful(recording: Recording) -> Iterator[Finding]:
         yield finding(
             "doubtful_samples",
             f"{plural(count, 'sample')} of {stored} in the run ({percent(count / stored)}) are flagged as "
-            f"doubtful: the value, or the time of it and of later samples, may be wrong; nothing was left out",
+            "doubtful: the value, or the time of it and of later samples, may be wrong; nothing was left out",
             severity=Severity.WARNING,
             count=count,
         )

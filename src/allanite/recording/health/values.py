@@ -291,7 +291,7 @@ def implausible_exponents(survey: ChannelSurvey) -> Iterator[Finding]:
         yield finding(
             "implausible_exponents",
             f"magnitudes from 2^{low:.0f} to 2^{high:.0f}; {wild} of {len(values)} tested samples are "
-            f"implausible for a sensor",
+            "implausible for a sensor",
             severity=Severity.FATAL,
             channel=survey.name,
             count=survey.present,
@@ -319,7 +319,7 @@ def only_grows(survey: ChannelSurvey) -> Iterator[Finding]:
     yield finding(
         "only_grows",
         f"the values only {how}, by {abs(usual):.4g}{survey.unit} from row to row: this is a time, a "
-        f"counter or an accumulated quantity, not a sensor at rest",
+        "counter or an accumulated quantity, not a sensor at rest",
         severity=Severity.FATAL,
         channel=survey.name,
         count=survey.present,

@@ -294,7 +294,7 @@ class _Case:
         if cut > (1 - REMAINING) * length:
             raise DataQualityError(
                 f"{self.channel}: the warm-up takes {cut:.3g} s of a record of {length:.3g} s: the rest "
-                f"is too short to characterize; model it (--warm-up model), or record longer"
+                "is too short to characterize; model it (--warm-up model), or record longer"
             )
         return replace(made, action="cut", cut=cut), (), noise.best
 

@@ -149,7 +149,7 @@ def _refuse_twins(series: Sequence[FittedChannel]) -> None:
         if np.array_equal(a.curve.deviation, b.curve.deviation, equal_nan=True):
             raise InputError(
                 f"{a.record} ({a.channel!r}) and {b.record} ({b.channel!r}) are the same samples; "
-                f"compared records must be independent"
+                "compared records must be independent"
             )
 
 

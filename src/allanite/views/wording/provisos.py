@@ -111,7 +111,7 @@ def _aliasing(aliasing: Aliasing) -> str:
 def _scale(model: NoiseModel) -> Iterator[str]:
     if model.scale_uncertainty is not None:
         yield (
-            f"the intervals include the scale factor's standard uncertainty of "
+            "the intervals include the scale factor's standard uncertainty of "
             f"{number(100 * model.scale_uncertainty, 2)} "
             "%, common to all amplitudes, in quadrature with the statistical uncertainty. The band of the "
             "curve does not include it."

@@ -269,7 +269,7 @@ def numbers_of(query: str, answer: bytes) -> tuple[float, ...]:
         else:
             raise InstrumentError(
                 f"3458A: {query} answered {answer!r}, which is not a number; another device is using this "
-                f"line, or the answer was corrupted: clear the interface and try again"
+                "line, or the answer was corrupted: clear the interface and try again"
             )
     if not numbers:
         raise InstrumentError(f"3458A: {query} gave an empty answer; clear the interface and try again")

@@ -196,7 +196,7 @@ class HP3458A:
         if not errors.startswith("0"):
             raise InstrumentError(
                 f"3458A: it reports {errors!r} after its settings were sent; the meter does not accept "
-                f"one of the settings"
+                "one of the settings"
             )
         self._settings = {"errors": errors}
 

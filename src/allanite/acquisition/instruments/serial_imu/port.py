@@ -66,7 +66,7 @@ class SerialPort:
         except self._failures as error:
             raise InstrumentError(
                 f"{name} cannot be opened: {error}. Is the device connected, is the port free, and do you "
-                f"have permission?"
+                "have permission?"
             ) from None
 
     def read(self, timeout: float) -> bytes:

@@ -260,7 +260,7 @@ class _Watched:
         if logged > 0 and sensor > 1.5 * logged:
             sentences.append(
                 f"the sensor runs at {sensor:.0f} Hz and is logged at {logged:.4g} Hz: the autopilot "
-                f"filters and decimates it, so the noise is not that of the sensor; log GYR and ACC, or "
-                f"batches, instead"
+                "filters and decimates it, so the noise is not that of the sensor; log GYR and ACC, or "
+                "batches, instead"
             )
         return sentences

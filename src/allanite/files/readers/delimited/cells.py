@@ -138,7 +138,7 @@ class TextColumns:
             raise FormatError(
                 f"{self.name}: rows of {', '.join(map(str, counts))} cells: {self.ragged} of {self.rows} rows do "
                 f"not have {len(self.kinds)}. Does a record span several lines, or does the file contain "
-                f"several tables?"
+                "several tables?"
             )
         return [self._finished(g, i) for g, i in zip(self.growing, self.used, strict=True)]
 

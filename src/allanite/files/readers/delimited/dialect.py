@@ -211,7 +211,7 @@ def _refuse_quoted_thousands(lines: Sequence[str], name: str) -> None:
         number = quoted[0]
         raise FormatError(
             f"{name}: {number!r} is {number.replace(',', '')}, or {number.replace(',', '.')} with a "
-            f"decimal comma. Write it without a thousands separator, or pass --decimal , (decimal= in Python)"
+            "decimal comma. Write it without a thousands separator, or pass --decimal , (decimal= in Python)"
         )
 
 
@@ -237,7 +237,7 @@ def _refuse_other_rows(before: Sequence[str], vote: _Vote, quoted: bool, name: s
         if match := _COMMON_FACTOR.fullmatch(line.strip()):
             raise FormatError(
                 f"{name}: the numbers have the common factor {match[1]} of a MATLAB display, and few "
-                f"digits. Write them with writematrix or save"
+                "digits. Write them with writematrix or save"
             )
 
 
@@ -514,7 +514,7 @@ def _numeric_preamble(
             if skip > first:
                 guesses.append(
                     f"{skip - first} rows with decimals stand before {vote.count} columns of integers: "
-                    f"treated as parameters, not as samples"
+                    "treated as parameters, not as samples"
                 )
             return skip
     return first

@@ -53,7 +53,7 @@ def as_lines(stream: TextStream, name: str) -> TextStream:
     if stream.size > JSON_BYTES:
         raise LimitError(
             f"{name} is one JSON document of {stream.size >> 20} MiB; up to {JSON_BYTES >> 20} MiB can be "
-            f"read. Write one object per line, or a table: CSV or Parquet"
+            "read. Write one object per line, or a table: CSV or Parquet"
         )
     text = stream.file.read()
     refuse_more(

@@ -398,7 +398,7 @@ def _decimal_of(lines: Sequence[str], stated: str | None, name: str, guesses: li
     if len({len(part) for part in parts}) > 1 and not any(len(part) > 1 and part[0] == "0" for part in parts):
         raise InputError(
             f"{name}: a value such as {written[0]!r} is either one number with a decimal comma, or two. "
-            f"State which: --decimal , or --decimal . (decimal= in Python)"
+            "State which: --decimal , or --decimal . (decimal= in Python)"
         )
     guesses.append(
         "every comma is between two digits: read as a decimal comma (--decimal . if it separates two numbers)"
@@ -448,7 +448,7 @@ def _chosen(parts: list[list[Key]], variable: str | None, name: str) -> tuple[li
     raise InputError(
         f"{name}: labels that never share a line: {shown}{more}. If these are records of several types, "
         f"choose one by one of its labels, --variable {for_shell(parts[0][0][0])} (variable= in Python); "
-        f"if a sample spans several lines, write it to one line"
+        "if a sample spans several lines, write it to one line"
     )
 
 

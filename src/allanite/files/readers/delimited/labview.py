@@ -147,7 +147,7 @@ class Lvm:
         if not same or abs(segment.delta[0] - self.first.delta[0]) > _CLOSE * self.first.delta[0]:
             raise FormatError(
                 f"{self.name}: segment {self.segments + 1} differs from the first one in channels, units "
-                f"or interval; write segments of one kind to a separate file"
+                "or interval; write segments of one kind to a separate file"
             )
         if self.segments and segment.x0[0] <= self._last and None not in (segment.moment, self.first.moment):
             self._begin = ((segment.moment or 0) - (self.first.moment or 0)) * 1e-9
@@ -189,7 +189,7 @@ def find_lvm(lines: Sequence[str], variable: str | None, codec: str, name: str) 
     if at is None or end is None or end + 1 >= len(lines):
         raise FormatError(
             f"{name}: a LabVIEW measurement file without the header of a segment (Channels, ..., {_END}); "
-            f"delete its first lines to read the rest as a plain table"
+            "delete its first lines to read the rest as a plain table"
         )
     header = list(lines[at : end + 2])
     unit = _unit_of_x(_tags(header, sign), name)
@@ -229,7 +229,7 @@ def _unit_of_x(tags: dict[str, list[str]], name: str) -> str:
     if dimension.lower() != "time":
         raise FormatError(
             f"{name}: its X axis is {dimension!r}, not time: this is not a log of samples. Save the "
-            f"samples before the analysis"
+            "samples before the analysis"
         )
     return unit
 

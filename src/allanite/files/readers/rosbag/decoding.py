@@ -121,7 +121,7 @@ class Decoder:
                 raise InputError(
                     f"topic {self.connection.topic}: {self.place} holds {len(stamps) - before} samples "
                     f"with the same time: several instruments? Choose one: --topic {for_shell(one)} "
-                    f"(topic= in Python)"
+                    "(topic= in Python)"
                 )
             counts.append(len(stamps) - before)
         table = np.array(numbers, dtype=np.float64).reshape(len(numbers), len(self.layout.names))

@@ -42,7 +42,7 @@ class Sqlite:
         if left.exists() and left.stat().st_size:
             self.remarks.append(
                 f"{left.name} holds messages that are not yet in {path.name}: they are not read; 'sqlite3 "
-                f"FILE .quit' moves them"
+                "FILE .quit' moves them"
             )
         try:
             self._base.execute("PRAGMA trusted_schema = OFF")

@@ -210,7 +210,7 @@ def _choose(storages: Sequence[Storage], topic: str | None, name: str) -> _Choic
     if not place.standard:
         guesses.append(
             f"{connection.kind} has the fields of an Imu, but another name: its units are unknown; state "
-            f"them (--unit gyro=rad/s,acc=m/s²)"
+            "them (--unit gyro=rad/s,acc=m/s²)"
         )
     return _Choice(name_read, place, same, guesses)
 
