@@ -16,7 +16,7 @@ which for a normal estimate is (x - mu)^2 / (s^2 + tau^2), and holds for an uppe
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,11 @@ Array = NDArray[np.float64]
 _FAR = 6.0  # roots beyond this are extrapolated: no test or interval reaches so far
 _LOWEST = math.log(1e3)  # a parameter a thousand times below its limit is zero
 _STEPS = 60
+_CHORD, _WIDER = (
+    0.5,
+    0.25,
+)  # widest step of the root without a knot, and by how much more far from the best value
+_HALVINGS = 8
 _NEGLIGIBLE = 1e-3
 
 
@@ -192,9 +197,30 @@ def _walk(
         xs.append(x)
         roots.append(value)
         if last or (ceiling is not None and value > 0.98 * ceiling):
-            return xs, roots, 0.0
+            return *_refined(loss, start, xs, roots), 0.0
         if value > _FAR:
-            return xs, roots, slope
+            return *_refined(loss, start, xs, roots), slope
         step *= 1.5 if value - before < 1.0 else 1.0
         before = value
-    return xs, roots, 0.0
+    return *_refined(loss, start, xs, roots), 0.0
+
+
+def _refined(
+    loss: Callable[[float], float], start: float, xs: Sequence[float], roots: Sequence[float]
+) -> tuple[list[float], list[float]]:
+    """With knots between those whose chord would cut a bend: a limit's root doubles over 0.35."""
+    fine = [(start, 0.0)]
+    for end in zip(xs, roots, strict=True):
+        fine += _between(loss, fine[-1], end, _HALVINGS)
+    return [x for x, _ in fine[1:]], [root for _, root in fine[1:]]
+
+
+def _between(
+    loss: Callable[[float], float], a: tuple[float, float], b: tuple[float, float], halvings: int
+) -> list[tuple[float, float]]:
+    """Knots after a, up to b."""
+    if not halvings or a[1] > _FAR or b[1] - a[1] <= _CHORD + _WIDER * a[1]:
+        return [b]
+    x = 0.5 * (a[0] + b[0])
+    middle = (x, min(max(math.sqrt(max(loss(x), 0.0)), a[1]), b[1]))
+    return [*_between(loss, a, middle, halvings - 1), *_between(loss, middle, b, halvings - 1)]
