@@ -76,7 +76,7 @@ def parameter_names(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TriadErrors:
-    """Equation (1) of one triad.
+    """Equation (1) of one triad, or of many at once: then all have the leading axes of what they are asked for.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class TriadErrors:
             The biases follow the force, which is not given.
         """
         x = np.asarray(true, dtype=np.float64)
-        return np.asarray((x + self.quadratic * x**2) @ self.matrix.T + self._level(warmer, force))
+        return np.asarray((x + self.quadratic * x**2) @ self.matrix.mT + self._level(warmer, force))
 
     def true(self, measured: ArrayLike, warmer: ArrayLike = 0.0, force: ArrayLike | None = None) -> Array:
         """The true vectors of y: the inverse of `seen`, with its parameters.
@@ -122,7 +122,7 @@ class TriadErrors:
         The quadratic is solved for the root that is there without it, in the form that loses no digits.
         """
         y = np.asarray(measured, dtype=np.float64)
-        z = (y - self._level(warmer, force)) @ np.linalg.inv(self.matrix).T
+        z = (y - self._level(warmer, force)) @ np.linalg.inv(self.matrix).mT
         return np.asarray(2 * z / (1 + np.sqrt(1 + 4 * self.quadratic * z)))
 
     def _level(self, warmer: ArrayLike, force: ArrayLike | None) -> Array:
@@ -132,7 +132,7 @@ class TriadErrors:
             return np.asarray(level)
         if force is None:
             raise InputError(_FORCELESS)
-        return np.asarray(level + np.asarray(force, dtype=np.float64) @ self.gravity_sensitivity.T)
+        return np.asarray(level + np.asarray(force, dtype=np.float64) @ self.gravity_sensitivity.mT)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

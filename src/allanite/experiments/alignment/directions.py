@@ -174,7 +174,7 @@ def _lean(solution: AlignmentSolution, stand: int) -> float:
 
     There the pitch is as large as it can be, whichever way the nose leans: its derivative says nothing.
     """
-    gradient = solution.gradient(lambda p: solution.geometry.chain(p).down[stand])
+    gradient = solution.gradient(lambda p: solution.geometry.chain(p).down[..., stand, :])
     return largest_sd(gradient @ solution.inverse @ gradient.T)
 
 

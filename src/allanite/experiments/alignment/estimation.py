@@ -440,7 +440,7 @@ def _latitude(
     solution = _solve(case, setting, sensors, turns, "vertical", near=near.parameters)
 
     def angle(p: Array) -> Array:
-        return np.array([math.atan2(-p[2], math.hypot(p[0], p[1]))])
+        return np.arctan2(-p[..., 2:3], np.hypot(p[..., :1], p[..., 1:2]))
 
     gradient = solution.gradient(angle)
     variance = float(solution.covariance(gradient)[0, 0])
@@ -464,7 +464,7 @@ def _true_rate(case: Case, solution: AlignmentSolution, stand: int, *, bias: boo
 def _biases(case: Case, solution: AlignmentSolution, sensors: Sensors) -> dict[str, Bias]:
     layout, p = case.geometry.layout, solution.parameters
     at = layout.index("gyro.bias_")
-    gradient = solution.gradient(lambda q: q[at])
+    gradient = solution.gradient(lambda q: q[..., at])
     sds = np.sqrt(np.diag(solution.covariance(gradient)))
     before = bias_sds(sensors) if solution.knowledge.free.size == 2 else np.full(3, np.inf)
     across = _per_unit(case, solution)

@@ -8,6 +8,9 @@ that is nearly vertical, one that is not. A turn that took the sensor from the l
 
 Q being the rotation in inertial space that the gyros saw. Its azimuth is the rotation about the vertical that comes
 closest; what is left, a tilt, is a check of the gyros against gravity.
+
+All functions of the parameters take many sets of them as well: leading axes of the parameters, "..." in the shapes, are
+those of the results. Derivatives are taken in one pass so.
 """
 
 from __future__ import annotations
@@ -100,15 +103,15 @@ class StandAttitudes:
 
     Attributes
     ----------
-    level : ndarray, shape (n_stands, 3, 3)
+    level : ndarray, shape (..., n_stands, 3, 3)
         Sensor to the level frame of the stand.
-    azimuth : ndarray, shape (n_stands,) [rad]
+    azimuth : ndarray, shape (..., n_stands) [rad]
         Of its x axis in the level frame of the first stand.
-    down : ndarray, shape (n_stands, 3)
+    down : ndarray, shape (..., n_stands, 3)
         In forward, right, down.
-    tilt : ndarray, shape (n_turns, 2) [rad]
+    tilt : ndarray, shape (..., n_turns, 2) [rad]
         What the turns leave.
-    force : ndarray, shape (n_stands, 3) [m/s^2]
+    force : ndarray, shape (..., n_stands, 3) [m/s^2]
         In the axes of the sensor.
     """
 
@@ -120,11 +123,8 @@ class StandAttitudes:
 
     @property
     def attitude(self) -> Array:
-        """Sensor to the level frame of the first stand, shape (n_stands, 3, 3)."""
-        c, s = np.cos(self.azimuth), np.sin(self.azimuth)
-        turned = np.zeros((len(c), 3, 3))
-        turned[:, 0, 0], turned[:, 0, 1], turned[:, 1, 0], turned[:, 1, 1], turned[:, 2, 2] = c, -s, s, c, 1.0
-        return np.asarray(turned @ self.level)
+        """Sensor to the level frame of the first stand, shape (..., n_stands, 3, 3)."""
+        return np.asarray(_about_down(self.azimuth) @ self.level)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -188,27 +188,30 @@ class Geometry:
 
     def errors(self, p: Array, sensor: str) -> TriadErrors:
         """Equation (1) of a calibration under parameters, which stand in the order of `parameter_names`."""
-        sensor_parameters = p[self.layout.index(sensor + ".")]
-        lean = np.eye(3)
-        lean[_OFF_DIAGONAL] = sensor_parameters[6:12]
-        follows = sensor_parameters[15:24].reshape(3, 3) if sensor == GYRO else np.zeros((3, 3))
+        sensor_parameters = p[..., self.layout.index(sensor + ".")]
+        lean = np.broadcast_to(np.eye(3), (*p.shape[:-1], 3, 3)).copy()
+        lean[..., *_OFF_DIAGONAL] = sensor_parameters[..., 6:12]
+        follows: Array = np.zeros((3, 3))
+        if sensor == GYRO:
+            follows = sensor_parameters[..., 15:24].reshape(lean.shape)
+        rows = sensor_parameters if p.ndim == 1 else sensor_parameters[..., None, :]  # the same in all stands
         return TriadErrors(
-            bias=sensor_parameters[:3],
-            matrix=sensor_parameters[3:6, None] * lean,
-            quadratic=sensor_parameters[12:15],
+            bias=rows[..., :3],
+            matrix=sensor_parameters[..., 3:6, None] * lean,
+            quadratic=rows[..., 12:15],
             gravity_sensitivity=follows,
         )
 
     def _forces(self, p: Array) -> Array:
-        """Specific force in the axes of the sensor, shape (n_stands, 3)."""
-        noise = p[self.layout.index("reading_")].reshape(3, -1).T
+        """Specific force in the axes of the sensor, shape (..., n_stands, 3)."""
+        noise = p[..., self.layout.index("reading_")].reshape(*p.shape[:-1], 3, -1).mT
         return self.errors(p, ACCELEROMETER).true(self.reading - noise)
 
     def _downs(self, p: Array, force: Array) -> Array:
-        """Downwards in forward, right, down; shape (n_stands, 3)."""
-        up = force / np.linalg.norm(force, axis=1, keepdims=True)
-        lean = rotation(p[self.layout.index("tilt_")])
-        return np.asarray(-(up @ lean.T) @ self.mounting.T)
+        """Downwards in forward, right, down; shape (..., n_stands, 3)."""
+        up = force / np.linalg.norm(force, axis=-1, keepdims=True)
+        lean = rotation(p[..., self.layout.index("tilt_")])
+        return np.asarray(-(up @ lean.mT) @ self.mounting.T)
 
     def chain(self, p: Array) -> StandAttitudes:
         """Attitudes of all stands."""
@@ -217,9 +220,10 @@ class Geometry:
         level = levelled(down, self.heading_axes) @ self.mounting
         gyro, base = self.errors(p, GYRO), self.errors(self.begin, GYRO)
         inverse = np.linalg.inv(gyro.matrix)
-        change, shift = inverse @ base.matrix - np.eye(3), inverse @ (base.bias - gyro.bias)
+        change = inverse @ base.matrix - np.eye(3)
+        shift = ((base.bias - gyro.bias).reshape(*p.shape[:-1], 1, 3) @ inverse.mT)[..., 0, :]
         pulled = inverse @ (base.gravity_sensitivity - gyro.gravity_sensitivity)
-        azimuth, tilt = np.zeros(1), np.zeros((0, 2))
+        azimuth, tilt = np.zeros((*p.shape[:-1], 1)), np.zeros((*p.shape[:-1], 0, 2))
         if self.turns:
             azimuth, tilt = self._followed(p, level, change, shift, pulled)
         return StandAttitudes(level=level, azimuth=azimuth, down=down, tilt=tilt, force=force)
@@ -229,31 +233,34 @@ class Geometry:
     ) -> tuple[Array, Array]:
         """Azimuth of each stand, and the tilt that each turn leaves."""
         matrix, sweep, moment, force, duration, stated, known = self.stacked
-        vector = np.einsum("jilm,lm->ji", moment, change) + sweep @ shift
-        turned = rotation(vector + np.einsum("jilm,lm->ji", force, pulled)) @ matrix
-        step = level[:-1] @ turned @ level[1:].transpose(0, 2, 1)
-        earth = rotation(-duration[:, None] * p[:3])
-        extra = p[self.layout.index("turn.")]
-        azimuth, tilt = [0.0], np.zeros((len(known), 2))
+        vector = np.einsum("jilm,...lm->...ji", moment, change) + np.einsum("jil,...l->...ji", sweep, shift)
+        turned = rotation(vector + np.einsum("jilm,...lm->...ji", force, pulled)) @ matrix
+        step = level[..., :-1, :, :] @ turned @ level[..., 1:, :, :].mT
+        earth = rotation(-duration[:, None] * p[..., None, :3])
+        extra = p[..., self.layout.index("turn.")]
+        azimuth, tilt = [np.zeros(p.shape[:-1])], np.zeros((*p.shape[:-1], len(known), 2))
         for j, moved in enumerate(known.tolist()):
             if not moved:
                 azimuth.append(azimuth[j])
                 continue
             if math.isfinite(stated[j]):
-                azimuth.append(azimuth[j] + float(stated[j]) - float(extra[j]))
+                azimuth.append(azimuth[j] + stated[j] - extra[..., j])
                 continue
-            next_attitude = earth[j] @ _about_down(azimuth[j] + float(self.leaving[j])) @ step[j]
-            angle = math.atan2(
-                next_attitude[1, 0] - next_attitude[0, 1], next_attitude[0, 0] + next_attitude[1, 1]
+            about_down = _about_down(azimuth[j] + self.leaving[j])
+            next_attitude = earth[..., j, :, :] @ about_down @ step[..., j, :, :]
+            angle = np.arctan2(
+                next_attitude[..., 1, 0] - next_attitude[..., 0, 1],
+                next_attitude[..., 0, 0] + next_attitude[..., 1, 1],
             )
-            azimuth.append(angle - float(extra[j]) - float(self.entering[j + 1]))
-            tilt[j] = next_attitude[0, 2], next_attitude[1, 2]
-        return np.array(azimuth), tilt
+            azimuth.append(angle - extra[..., j] - self.entering[j + 1])
+            tilt[..., j, :] = next_attitude[..., :2, 2]
+        return np.stack(azimuth, axis=-1), tilt
 
     def gyros(self, p: Array) -> Array:
-        """Means of the gyros in each stand, shape (n_stands, 3)."""
+        """Means of the gyros in each stand, shape (..., n_stands, 3)."""
         chain = self.chain(p)
-        return self.errors(p, GYRO).seen(chain.attitude.transpose(0, 2, 1) @ p[:3], force=chain.force)
+        rate = (p[..., None, None, :3] @ chain.attitude)[..., 0, :]
+        return self.errors(p, GYRO).seen(rate, force=chain.force)
 
     def answers(self, p: Array) -> Array:
         """What is asked for: four numbers of the first stand, four of the last, and the tilt of each turn [rad].
@@ -261,29 +268,31 @@ class Geometry:
         The four are the horizontal rate of the Earth along x and y of the level frame [rad/s], roll and pitch [rad].
         """
         chain = self.chain(p)
-        ends = [_answer(p, float(chain.azimuth[k]), chain.down[k]) for k in (0, -1)]
-        return np.concatenate([*ends, chain.tilt.ravel()])
+        ends = [_answer(p, chain.azimuth[..., k], chain.down[..., k, :]) for k in (0, -1)]
+        return np.concatenate([*ends, chain.tilt.reshape(*p.shape[:-1], -1)], axis=-1)
 
 
-def _answer(p: Array, azimuth: float, down: Array) -> Array:
-    c, s = math.cos(azimuth), math.sin(azimuth)
-    return np.array([c * p[0] + s * p[1], c * p[1] - s * p[0], *angles_of_down(down)])
+def _answer(p: Array, azimuth: Array, down: Array) -> Array:
+    c, s = np.cos(azimuth), np.sin(azimuth)
+    level = c * p[..., 0] + s * p[..., 1], c * p[..., 1] - s * p[..., 0]
+    return np.stack([*level, *angles_of_down(down)], axis=-1)
 
 
-def angles_of_down(down: Array) -> tuple[float, float]:
-    """Roll and pitch of a body in which downwards is so [rad]."""
-    return math.atan2(down[1], down[2]), math.atan2(-down[0], math.hypot(down[1], down[2]))
+def angles_of_down(down: Array) -> tuple[Array, Array]:
+    """Roll and pitch of a body in which downwards is so [rad], each of shape (...)."""
+    ahead, right, below = np.moveaxis(down, -1, 0)
+    return np.arctan2(right, below), np.arctan2(-ahead, np.hypot(right, below))
 
 
 def derivative(call: Callable[[Array], Array], p: Array, steps: Array, active: Index) -> Array:
-    """Central differences of a function by the active parameters, shape (n, n_active)."""
-    columns = []
-    for i in active.tolist():
-        high, low = p.copy(), p.copy()
-        high[i] += steps[i]
-        low[i] -= steps[i]
-        columns.append((np.ravel(call(high)) - np.ravel(call(low))) / (2 * steps[i]))
-    return np.stack(columns, axis=1)
+    """Central differences of a function by the active parameters, shape (n, n_active).
+
+    The function is called once, with all sets of parameters, shape (2, n_active, n_parameters).
+    """
+    away = np.zeros((len(active), len(p)))
+    away[np.arange(len(active)), active] = steps[active]
+    high, low = call(np.stack([p + away, p - away]))
+    return np.asarray(((high - low).reshape(len(active), -1) / (2 * steps[active])[:, None]).T)
 
 
 def named_axis(down: Array) -> str:
@@ -302,20 +311,24 @@ def levelled(down: Array, axes: Sequence[str]) -> Array:
 
     Parameters
     ----------
-    down : ndarray, shape (n, 3)
+    down : ndarray, shape (..., n, 3)
     axes : sequence of str, shape (n,)
 
     Returns
     -------
-    ndarray, shape (n, 3, 3)
+    ndarray, shape (..., n, 3, 3)
     """
     heading_axes = np.array([_OWN[axis] for axis in axes])
-    ahead = heading_axes - down * (heading_axes * down).sum(axis=1, keepdims=True)
-    ahead = ahead / np.sqrt((ahead**2).sum(axis=1, keepdims=True))
-    right = (skew(down) @ ahead[:, :, None])[:, :, 0]
-    return np.stack([ahead, right, down], axis=1)
+    ahead = heading_axes - down * (heading_axes * down).sum(axis=-1, keepdims=True)
+    ahead = ahead / np.sqrt((ahead**2).sum(axis=-1, keepdims=True))
+    right = (skew(down) @ ahead[..., None])[..., 0]
+    return np.stack([ahead, right, down], axis=-2)
 
 
-def _about_down(angle: float) -> Array:
-    c, s = math.cos(angle), math.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+def _about_down(angle: Array) -> Array:
+    """Rotations about the vertical, shape (..., 3, 3)."""
+    out = np.zeros((*np.shape(angle), 3, 3))
+    out[..., 0, 0] = out[..., 1, 1] = np.cos(angle)
+    out[..., 1, 0] = np.sin(angle)
+    out[..., 0, 1], out[..., 2, 2] = -out[..., 1, 0], 1.0
+    return out

@@ -194,7 +194,7 @@ def _standing(plan: AlignmentPlan, setting: AlignmentSetting, rate: float) -> Al
     _, end = answers_of(solution, (0.0, plan.duration), setting.confidence, 1.0, setting.stated.heading)
     last, direction = end.attitude, end.direction
     at = geometry.layout.index("gyro.bias_")
-    sds = np.sqrt(np.diag(solution.covariance(solution.gradient(lambda q: q[at])))) / sensors.unit(GYRO)
+    sds = np.sqrt(np.diag(solution.covariance(solution.gradient(lambda q: q[..., at])))) / sensors.unit(GYRO)
     return AlignmentPrediction(
         heading_sd=last.heading_sd,
         roll_sd=last.roll_sd,

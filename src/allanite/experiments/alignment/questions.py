@@ -56,7 +56,7 @@ def gravity_of_stands(
     gravity = normal_gravity(setting.frame.latitude, setting.height)
 
     def length(p: Array) -> Array:
-        return np.asarray(np.linalg.norm(case.geometry.chain(p).force, axis=1))
+        return np.asarray(np.linalg.norm(case.geometry.chain(p).force, axis=-1))
 
     magnitudes = length(solution.parameters)
     gradient = solution.gradient(length)

@@ -157,9 +157,8 @@ class AlignmentSolution:
 
             def smooth(q: Array) -> Array:
                 out = self.geometry.answers(q)
-                out[rolls] = (
-                    values[rolls] + np.remainder(out[rolls] - values[rolls] + np.pi, 2 * np.pi) - np.pi
-                )
+                away = np.remainder(out[..., rolls] - values[rolls] + np.pi, 2 * np.pi) - np.pi
+                out[..., rolls] = values[rolls] + away
                 return out
 
             self.taken.append((values, self.gradient(smooth)))
@@ -298,7 +297,7 @@ class _Task:
         residual = np.concatenate([off, -unknown[len(known.free) :]])
         lengths = np.linalg.norm(rows, axis=0)
         scale = np.where(lengths > 0, lengths, 1.0)
-        left, values, right = np.linalg.svd(rows / scale, full_matrices=True)
+        left, values, right = np.linalg.svd(rows / scale, full_matrices=len(rows) < len(scale))
         values = np.concatenate([values, np.zeros(len(scale) - len(values))])
         keep = values > RANK
         count = int(keep.sum())
