@@ -29,6 +29,8 @@ _SAMPLES, _STEPS = 256, 16
 #: Share of the differences over a lag that no pause has made longer, at least.
 _CLEAN = 0.5
 _ROUNDS = 8
+#: Windows that are looked at together, at the most.
+_AHEAD = 256
 _BURST = 16
 _HALVINGS = 11
 #: Share of the samples that may come before their place.
@@ -268,15 +270,24 @@ class _BoundedRuns:
 
 def _end(level: _Floats, first: int, window: int, width: float) -> int:
     """The first sample that no place of those before it in the window allows."""
-    at = first
+    at, ahead = first, 1
     while at < len(level):
         part = level[max(at - window, first) : at + window]
         range_ = np.maximum.accumulate(part) - np.minimum.accumulate(part)
         wide = int(np.searchsorted(range_, width))
         if wide < len(part):
             return max(at - window, first) + wide
-        at += window
+        at += window * (1 + _narrow(level[at : at + window * (ahead + 1)], window, width))
+        ahead = min(2 * ahead, _AHEAD)
     return len(level)
+
+
+def _narrow(level: _Floats, window: int, width: float) -> int:
+    """How many whole windows after the first are, with the one before each, not wider than they may be."""
+    blocks = level[: len(level) // window * window].reshape(-1, window)
+    high, low = blocks.max(axis=1), blocks.min(axis=1)
+    wide = np.maximum(high[1:], high[:-1]) - np.minimum(low[1:], low[:-1]) >= width
+    return int(np.argmax(wide)) if wide.any() else len(wide)
 
 
 def _split(
