@@ -133,7 +133,7 @@ def test_a_run_that_cannot_be_followed_says_so(tmp_path: Path) -> None:
     until(lambda: watcher.over)
 
 
-def test_a_child_whose_server_is_gone_ends(tmp_path: Path) -> None:
+def test_a_child_whose_server_is_gone_ends(tmp_path: Path, real_children: None) -> None:
     from allanite.commands.page.children import Child
 
     child = Child()
@@ -148,7 +148,7 @@ def test_a_child_whose_server_is_gone_ends(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.2])
-def test_answers_that_take_too_long_are_given_up(seconds: float, tmp_path: Path) -> None:
+def test_answers_that_take_too_long_are_given_up(seconds: float, tmp_path: Path, real_children: None) -> None:
     from allanite.commands.page.children import Quick
     from allanite.commands.page.replies import Refused
 
