@@ -29,8 +29,8 @@ _SAMPLES, _STEPS = 256, 16
 #: Share of the differences over a lag that no pause has made longer, at least.
 _CLEAN = 0.5
 _ROUNDS = 8
-#: Windows that are looked at together, at the most.
-_AHEAD = 256
+#: Samples of a run that are looked at one by one, and windows that are looked at together, at the most.
+_FEW, _AHEAD = 32, 256
 _BURST = 16
 _HALVINGS = 11
 #: Share of the samples that may come before their place.
@@ -190,15 +190,15 @@ def _slope(stretches: list[_Floats], starts: list[_Ints], guess: float) -> float
     """Least squares over the samples that a step of the stamp lets know to one interval, each run by itself."""
     rise = square = 0.0
     for stretch, inner in zip(stretches, starts, strict=True):
-        edges = np.concatenate(([0], inner, [len(stretch)]))
-        for first, last in zip(edges[:-1], edges[1:], strict=True):
-            part = stretch[first:last]
-            k = np.flatnonzero(np.diff(part) > 0) + 1
-            if len(k) < 3:
-                continue
-            x = k - k.mean()
-            rise += float(x @ (part[k] - guess * k))
-            square += float(x @ x)
+        rising = np.diff(stretch) > 0
+        rising[inner - 1] = False  # the first of a run tells nothing of its interval
+        at, first = np.flatnonzero(rising) + 1, np.append(0, inner)
+        count = np.diff(np.searchsorted(at, np.append(first, len(stretch))))
+        at, first, count = at[np.repeat(count >= 3, count)], first[count >= 3], count[count >= 3]
+        k = at - np.repeat(first, count)
+        x = k - np.repeat(np.add.reduceat(k, np.cumsum(count) - count) / count, count) if len(k) else k
+        rise += float(x @ (stretch[at] - np.repeat(stretch[first], count) - guess * k))
+        square += float(x @ x)
     return guess + rise / square if square > 0 and guess + rise / square > 0 else None
 
 
@@ -231,55 +231,94 @@ class _BoundedRuns:
     @classmethod
     def of(cls, stamps: _Floats, coarse: CoarseStamps) -> _BoundedRuns:
         level = stamps - coarse.interval * np.arange(len(stamps))
-        width = coarse.step + _SLACK * coarse.interval
-        w = coarse.window
-        starts = [0]
-        lows, highs, low_ends, high_ends = [], [], [], []
-        doubtful: list[int] = []
-        skips: list[bool] = []
-        first = astray = 0
-        while True:
-            last = _end(level, first, w, width)
-            if last < len(level):
-                last, others = _split(level, stamps, first, last, w, width)
-                doubtful.append(others)
-                skips.append(bool(stamps[last] - stamps[last - 1] > 1.5 * coarse.step))
-            head, tail = level[first : min(first + w, last)], level[max(last - w, first) : last]
-            lows.append(head.max() - coarse.step)
-            highs.append(head.min())
-            low_ends.append(tail.max() - coarse.step)
-            high_ends.append(tail.min())
-            if min(highs[-1] - lows[-1], high_ends[-1] - low_ends[-1]) > 2.0 * coarse.interval:
-                astray += last - first
-            if last >= len(level):
-                break
-            starts.append(last)
-            first = last
+        starts, doubtful = _RunSearch(
+            level=level,
+            stamps=stamps,
+            window=coarse.window,
+            width=coarse.step + _SLACK * coarse.interval,
+        ).run()
+        ends = np.append(starts[1:], len(level))
+        high, top = _extremes(level, starts, np.minimum(starts + coarse.window, ends))
+        high_end, top_end = _extremes(level, np.maximum(ends - coarse.window, starts), ends)
+        low, low_end = top - coarse.step, top_end - coarse.step
+        astray = np.minimum(high - low, high_end - low_end) > 2.0 * coarse.interval
         return cls(
-            starts=np.array(starts),
-            low=np.array(lows),
-            high=np.array(highs),
-            low_end=np.array(low_ends),
-            high_end=np.array(high_ends),
-            astray=astray,
-            doubtful=np.array(doubtful, dtype=np.int64),
-            skips=np.array(skips, dtype=bool),
+            starts=starts,
+            low=low,
+            high=high,
+            low_end=low_end,
+            high_end=high_end,
+            astray=int((ends - starts)[astray].sum()),
+            doubtful=doubtful,
+            skips=np.diff(stamps)[starts[1:] - 1] > 1.5 * coarse.step,
             coarse=coarse,
         )
 
 
-def _end(level: _Floats, first: int, window: int, width: float) -> int:
-    """The first sample that no place of those before it in the window allows."""
-    at, ahead = first, 1
-    while at < len(level):
-        part = level[max(at - window, first) : at + window]
-        range_ = np.maximum.accumulate(part) - np.minimum.accumulate(part)
-        wide = int(np.searchsorted(range_, width))
-        if wide < len(part):
-            return max(at - window, first) + wide
-        at += window * (1 + _narrow(level[at : at + window * (ahead + 1)], window, width))
-        ahead = min(2 * ahead, _AHEAD)
-    return len(level)
+def _extremes(level: _Floats, first: _Ints, last: _Ints) -> tuple[_Floats, _Floats]:
+    """Smallest and largest value of each span; none is empty."""
+    edges = np.stack([first, last], axis=1).ravel()
+    padded = np.append(level, level[-1])  # an edge may be the end
+    return np.minimum.reduceat(padded, edges)[::2], np.maximum.reduceat(padded, edges)[::2]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _RunSearch:
+    """Stamps, and these less interval times number, cut into runs; those of a few samples are looked at one by one."""
+
+    level: _Floats
+    stamps: _Floats
+    window: int
+    width: float
+
+    def run(self) -> tuple[_Ints, _Ints]:
+        """Where each run begins, and for each pause how many samples may as well lie on its other side."""
+        starts, doubtful, size = [0], [], len(self.level)
+        while (last := self._end(starts[-1], size)) < size:
+            last, others = self._split(starts[-1], last)
+            starts.append(last)
+            doubtful.append(others)
+        return np.array(starts, dtype=np.int64), np.array(doubtful, dtype=np.int64)
+
+    def _end(self, first: int, stop: int) -> int:
+        """The first sample before `stop` that no place of those before it in the window allows; else `stop`."""
+        stop, window, width = min(stop, len(self.level)), self.window, self.width
+        few = self.level[first : min(first + _FEW, stop)].tolist()
+        low = high = few[0]
+        for k, value in enumerate(few, first):
+            if value > high:
+                high = value
+            elif value < low:
+                low = value
+            else:
+                continue
+            if high - low >= width:
+                return k
+        level, at, ahead = self.level[:stop], first, 1
+        while at < stop:
+            part = level[max(at - window, first) : at + window]
+            range_ = np.maximum.accumulate(part) - np.minimum.accumulate(part)
+            wide = int(np.searchsorted(range_, width))
+            if wide < len(part):
+                return max(at - window, first) + wide
+            at += window * (1 + _narrow(level[at : at + window * (ahead + 1)], window, width))
+            ahead = min(2 * ahead, _AHEAD)
+        return stop
+
+    def _split(self, first: int, last: int) -> tuple[int, int]:
+        """Where the pause is that must be before `last`, and among how many samples.
+
+        It is the longest difference at which both sides fit.
+        """
+        head = self.level[last : self._end(last, last + self.window)].tolist()
+        low, high, back = min(head), max(head), last
+        for value in reversed(self.level[max(last - self.window, first + 1) : last].tolist()):
+            low, high = value if value < low else low, value if value > high else high
+            if high - low >= self.width:
+                break
+            back -= 1
+        apart = np.diff(self.stamps[back - 1 : last + 1])[::-1]
+        return last - int(np.argmax(apart)), last - back
 
 
 def _narrow(level: _Floats, window: int, width: float) -> int:
@@ -288,20 +327,6 @@ def _narrow(level: _Floats, window: int, width: float) -> int:
     high, low = blocks.max(axis=1), blocks.min(axis=1)
     wide = np.maximum(high[1:], high[:-1]) - np.minimum(low[1:], low[:-1]) >= width
     return int(np.argmax(wide)) if wide.any() else len(wide)
-
-
-def _split(
-    level: _Floats, stamps: _Floats, first: int, last: int, window: int, width: float
-) -> tuple[int, int]:
-    """Where the pause is that must be before `last`: the longest difference at which both sides fit; among how many."""
-    end = _end(level, last, window, width)
-    head = level[last : min(last + window, end)]
-    before = level[max(last - window, first + 1) : last][::-1]
-    high = np.maximum(np.maximum.accumulate(before), head.max())
-    low = np.minimum(np.minimum.accumulate(before), head.min())
-    back = int(np.searchsorted(high - low, width))
-    part = np.diff(stamps[last - back - 1 : last + 1])
-    return last - back + int(len(part) - 1 - np.argmax(part[::-1])), back
 
 
 def pauses_between(stamps: _Floats, coarse: CoarseStamps) -> tuple[_Ints, _Floats]:
