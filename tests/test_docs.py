@@ -268,6 +268,7 @@ TOPICS = {
     "exporters": "export",
     "views": "reports and figures",
     "quantities": "units and uncertainties",
+    "commands": "many logs",
     "errors": "errors",
 }
 
@@ -370,6 +371,52 @@ def documents_page() -> str:
     return "\n".join(lines)
 
 
+def fleet_table_page() -> str:
+    """docs/reference/fleet-table.md: the columns of the table of a fleet."""
+    from allanite.commands.fleet.table import COLUMNS, LABEL_END
+
+    lines = [
+        "# The table of a fleet",
+        "",
+        "Columns of `fleet.parquet`, which [`allanite fleet run`](../howto/fleet.md) writes, in their order; made by",
+        "`make docs`. One row for each log, channel and coefficient. A log that failed is one row, whose channel and",
+        "term are null. A number that does not exist is null. Columns may be added; read them by name.",
+        "",
+        "| column | type | meaning |",
+        "|---|---|---|",
+    ]
+    for column in COLUMNS:
+        lines.append(f"| `{column.name}` | {ARROW_NAMES.get(column.type, column.type)} | {column.meaning} |")
+        if column.name == LABEL_END:
+            lines.append(
+                "| … | string or double | Every other placeholder of the pattern and column of the metadata |"
+            )
+    return "\n".join(lines) + "\n" + PROFILE_OF_A_ROW
+
+
+#: What a table calls the types of its columns.
+ARROW_NAMES = {
+    "float64": "double", "float32": "float", "timestamp": "timestamp (µs)", "strings": "list of string",
+    "levels": "list of 9 float",
+}  # fmt: skip
+PROFILE_OF_A_ROW = """
+## The profile
+
+`profile` says all that a record knows of a coefficient, not only an estimate and its interval. The loss at a value is
+how much worse the fit gets with the coefficient held there and all others free: minus twice the logarithm of the
+likelihood ratio. Its signed root, negative below the best value, is a straight line for a normal estimate. The nine
+numbers are where the root takes the values −4, −2.5, −1.5, −0.75, 0, 0.75, 1.5, 2.5 and 4, as the natural logarithm
+of the coefficient; ±1.96 stands for 95 %.
+
+An upper limit has −inf for the first five, and a root of 0 at zero. Between the levels a monotone cubic restores the
+root within 2 % of it, or 0.02: x against the root where zero is excluded beyond all levels, else x against ln(root −
+root at zero), which goes on as a straight line below the lowest level.
+
+Profiles are those of the flicker family (Q, N, B, K, R) for every log, so that all units speak of the same
+coefficients; estimates and intervals are those of the study, which may prefer a Gauss-Markov term.
+"""
+
+
 def parts_of(kind: type[Result]) -> list[type[Result]]:
     """A result and the results that it is made of, each once."""
     found = [kind]
@@ -386,6 +433,7 @@ GENERATED = {
     "docs/reference/cli.md": command_reference,
     "docs/reference/exports.md": exports_reference,
     "docs/reference/findings.md": findings_page,
+    "docs/reference/fleet-table.md": fleet_table_page,
     "docs/reference/look-alikes.md": look_alikes_page,
     "docs/reference/python.md": python_reference,
     "docs/proof.md": proof_page,

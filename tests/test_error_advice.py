@@ -24,6 +24,7 @@ REFUSALS = (*LOGS, *CURVES, *MEASUREMENTS, *RECORDS)
 FOLDER = "my logs"
 #: Advice that another test carries out: its file, and words in it; or why nothing can be carried out.
 ELSEWHERE: dict[str, tuple[str, str]] = {
+    "is no fleet; make one": ("commands/test_fleet_watch.py", '"fleet", "run", "logs/*"'),
     "is for one log; with --positions": (
         "experiments/test_positions_kept_apart.py",
         "--spans is for one log",

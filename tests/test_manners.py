@@ -40,6 +40,9 @@ SOURCES = [
 BANNED_NAMES = re.compile("base|common|core|data|helpers?|manager|misc|tools?|utils?")
 #: What may write to the terminal and end the program; what may call the compiled kernels.
 COMMAND_LINE = ("__main__", "commands/cli/", "commands/*", "views/terminal/")
+FORKING = (
+    "commands/fleet/log_process",
+)  # the child of a fork leaves by os._exit, or it would go on as its parent
 KERNEL_OWNERS = ("noise/allan/", "filtering/", "fitting/objective", "fitting/likelihood/objective")
 PUBLIC_NAMES = [
     "AlignmentPlan",
@@ -72,6 +75,7 @@ PUBLIC_NAMES = [
     "Temperature",
     "UnitMotion",
     "White",
+    "WorkerError",
     "__version__",
     "align",
     "allan_curve",
@@ -91,6 +95,7 @@ PUBLIC_NAMES = [
     "find_rests",
     "find_reversals",
     "fit",
+    "fleet",
     "hold_against",
     "interval_error",
     "load_models",
@@ -323,6 +328,8 @@ def prints_or_exits(path: Path, nodes: Sequence[ast.AST]) -> Iterator[str]:
     forbidden = {"print", "pprint", "exit", "quit", "os._exit"}
     if not belongs(path, COMMAND_LINE):
         forbidden |= {"sys.exit", "sys.stdout.write", "sys.stderr.write"}
+    if belongs(path, FORKING):
+        forbidden.remove("os._exit")
     for name, call in calls(nodes):
         if name in forbidden:
             yield f"{short(path)}:{call.lineno}: {name}: raise an AllaniteError or return a value instead"

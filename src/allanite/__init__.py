@@ -91,6 +91,7 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from allanite.commands.fleet.running import fleet
     from allanite.errors import (
         AllaniteError,
         DataQualityError,
@@ -101,6 +102,7 @@ if TYPE_CHECKING:
         InstrumentError,
         LimitError,
         StorageError,
+        WorkerError,
     )
     from allanite.experiments.alignment import AlignmentPlan, align, predict_alignment
     from allanite.experiments.calibration import calibrate
@@ -197,6 +199,7 @@ __all__ = [
     "Temperature",
     "UnitMotion",
     "White",
+    "WorkerError",
     "__version__",
     "align",
     "allan_curve",
@@ -216,6 +219,7 @@ __all__ = [
     "find_rests",
     "find_reversals",
     "fit",
+    "fleet",
     "hold_against",
     "interval_error",
     "load_models",
@@ -279,6 +283,7 @@ _HOMES = {
     "Temperature": "filtering.simulation",
     "UnitMotion": "filtering.simulation",
     "White": "noise",
+    "WorkerError": "errors",
     "align": "experiments.alignment",
     "allan_curve": "noise.allan",
     "calibrate": "experiments.calibration",
@@ -297,6 +302,7 @@ _HOMES = {
     "find_rests": "experiments.static_spans",
     "find_reversals": "experiments.reversals",
     "fit": "fitting",
+    "fleet": "commands.fleet.running",
     "hold_against": "study.datasheet",
     "interval_error": "noise.allan.interval_error",
     "load_models": "study.model_file",

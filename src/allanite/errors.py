@@ -17,6 +17,7 @@ __all__ = [
     "InstrumentError",
     "LimitError",
     "StorageError",
+    "WorkerError",
 ]
 
 
@@ -56,6 +57,10 @@ class StorageError(AllaniteError):
 
 class InstrumentError(AllaniteError):
     """The instrument: silence, garbage, or the wrong identity."""
+
+
+class WorkerError(AllaniteError):
+    """The workers of a fleet: none is there, one was lost, or has another version of allanite."""
 
 
 class FitError(AllaniteError):

@@ -216,6 +216,8 @@ MAY = {
     "commands/cli/options.py": "writes standard input to a temporary file",
     "commands/cli/recording.py": "the null device",
     "commands/curves.py": "a temporary file of its own",
+    "commands/fleet/folder.py": "files that it has written",
+    "commands/fleet/log_process.py": "the null device, and /proc",
     "exporters/cpp.py": "a header of the package",
     "filtering/kalman/series.py": "a temporary file of its own",
     "files/store/compaction.py": "the file that it has just written, to compare it",
@@ -229,6 +231,7 @@ MAY = {
     "files/readers/sandbox.py": "files of its own child, and /proc",
     "files/readers/spool.py": "a temporary file of its own",
     "files/recording_file.py": "writes",
+    "plain_files/atomic_file.py": "syncs what it has written",
     "plain_files/regular_file.py": "is the way in",
     "views/report/__init__.py": "files of the package",
 }

@@ -5,6 +5,7 @@ The modules here do the work of a command each and hand over plain documents, ta
 without any door, and the page shows the lines that do.
 
 `declaration`  a command said once: command line, form, job and Python lines come of it; `registry` lists them
+`fleet`        many logs, and one table
 `cli`          the command line
 `page`         the page that `allanite serve` opens
 `monitor`      a run while it grows

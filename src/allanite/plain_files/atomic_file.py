@@ -15,7 +15,7 @@ __all__ = ["fresh", "make_folder", "refuse_existing"]
 
 
 @contextmanager
-def fresh(path: str | os.PathLike[str], *, force: bool = False) -> Iterator[Path]:
+def fresh(path: str | os.PathLike[str], *, force: bool = False, durable: bool = False) -> Iterator[Path]:
     """Give a place to write to; when the block ends without an error, the file stands at `path`.
 
     Parameters
@@ -24,6 +24,8 @@ def fresh(path: str | os.PathLike[str], *, force: bool = False) -> Iterator[Path
         Its folder must exist.
     force : bool
         Replace a file that is there.
+    durable : bool
+        The file is on the medium when the block has ended: a loss of power does not take it.
 
     Raises
     ------
@@ -50,11 +52,24 @@ def fresh(path: str | os.PathLike[str], *, force: bool = False) -> Iterator[Path
     try:
         yield place
         place.chmod(0o666 & ~_umask())
+        if durable:
+            _sync(place)
         place.replace(target)
+        if durable:
+            _sync(target.parent)
     except OSError as error:
         raise _refusal("write", target, error) from error
     finally:
         place.unlink(missing_ok=True)
+
+
+def _sync(path: Path) -> None:
+    """Return when a file, or the names in a folder, are on the medium."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def refuse_existing(*paths: str | os.PathLike[str], force: bool) -> None:

@@ -15,6 +15,7 @@ from allanite.commands.cli import monitor
 from allanite.commands.cli import recovery
 from allanite.commands.cli import demo
 from allanite.commands.cli import serve
+from allanite.commands.cli import fleet
 
 # isort: on
 from allanite.commands.cli.options import ByChannel, Duration, Lags
@@ -28,6 +29,7 @@ __all__ = [
     "declared",
     "demo",
     "files",
+    "fleet",
     "main",
     "monitor",
     "noise",

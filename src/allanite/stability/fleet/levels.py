@@ -161,7 +161,7 @@ class _Line:
         rate = 1 / self.slopes[0]
         share = rate - 1.0
         if self.zero < 0 or not 0 < share < 1:
-            return down / rate
+            return np.asarray(down / rate)
         # (1): with u = c^2 relative to the lowest level, (1 - share) u + share u^2 = exp(2 down)
         u = (np.sqrt((1 - share) ** 2 + 4 * share * np.exp(2 * down)) - (1 - share)) / (2 * share)
         return np.asarray(0.5 * np.log(u))
