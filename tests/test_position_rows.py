@@ -69,7 +69,7 @@ def test_a_table_of_positions_is_told_to_say_so(
     units = ["--unit", "ch0=g,ch1=g,ch2=g,ch3=deg/s,ch4=deg/s,ch5=deg/s"] if not head else []
     units = units or (["--unit", "acc=g,gyro=deg/s"] if head[-1] == "gyro_z" else [])
     done = run("calibrate", log, "--means", *units)
-    assert done.code == (1 if n == 6 else 0) and (n > 6 or "nothing tells the noise" in done.err), done.err
+    assert done.code == (1 if n == 6 else 0) and (n > 6 or "degrees of freedom" in done.err), done.err
 
 
 def noise(n: int, rng: Rng) -> np.ndarray:

@@ -53,17 +53,17 @@ CLAIMS = {
 }
 _HEAD = """# The proof
 
-What this package claims, and what simulation says of it. Records are drawn from a known truth and handed to the program
-as a user's would be; every record counts, whether a parameter was called present or not. A row holds when it lies
-inside the bounds of chance that its table states (99.9 % for most), so that of a thousand rows one fails by bad luck.
-`make verify` makes all again, `python -m verification likelihood --share 0.1` a tenth of one; every run has its seed.
-This page is made from the results committed in `verification/results`, and a test holds it to them.
-What a record cannot tell, and what no check sees, has
-[its own page](explanation/what-the-data-can-tell.md#what-a-tool-can-see-by-itself).
+Every claim of this package, tested by simulation. Records with known truth are analyzed as a user's would be; every
+record counts, whether a parameter was reported present or not. A row holds if it is within the statistical bounds that
+its table states (99.9 % for most), so one row in a thousand fails by chance.
+`make verify` repeats everything, `python -m verification likelihood --share 0.1` a tenth of one part, from fixed seeds.
+This page is made from the results in `verification/results`, and a test compares it with them.
+The limits of the data, and of every check, are on
+[a page of their own](explanation/what-the-data-can-tell.md#what-a-tool-can-see-by-itself).
 
 <!-- cards -->
 * **[Scoreboard](scoreboard.md)** The same records through other tools.
-* **[Real recordings](real-recordings.md)** Recordings that others published, beside their data sheets.
+* **[Real recordings](real-recordings.md)** Published recordings, compared with their data sheets.
 * **[Real units](real-units.md)** Published calibrations and headings, repeated from the recordings.
 
 ## Claims

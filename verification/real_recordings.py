@@ -20,12 +20,12 @@ PAGE = Path(__file__).parent.parent / "docs" / "real-recordings.md"
 
 HEAD = """# Real recordings
 
-What allanite says of recordings that others have published, beside what they or the data sheet say. The recordings
-themselves are not part of the repository; the page is written by `python -m verification.real_recordings FOLDER`.
-Intervals are at 95 %; `<` is a 95 % upper limit: the record does not show the term by itself.
+Results of allanite for published recordings, with the published or data-sheet values. The recordings are not part of
+the repository; `python -m verification.real_recordings FOLDER` writes this page. Intervals are at 95 %; `<` is a 95 %
+upper limit of a term that the record does not resolve.
 
-Every record below is characterised as `allanite characterize FILE` does it, without options, but for the units that
-the file of the ADIS16405 does not hold.
+Each record is characterized as by `allanite characterize FILE` without options, except for the units, which the file
+of the ADIS16405 does not state.
 """
 
 
@@ -70,8 +70,8 @@ RECORDS = (
                 "20 % above it in a record of 2.8 h without temperature control."
             ),
             (
-                "The shortest lags of every axis are bent by the sensor's own filter and the accelerometers' by a line "
-                "at 0.535 Hz with its third harmonic; both are named and kept out of the fit."
+                "The sensor's own filter bends the shortest lags of every axis, and a line at 0.535 Hz with its third "
+                "harmonic those of the accelerometers; both are named and kept out of the fit."
             ),
         ),
     ),
@@ -88,7 +88,7 @@ RECORDS = (
             ("az", "N"): "7.5 /√Hz",
         },
         remarks=(
-            "White noise agrees with the quick reading within its interval or a few per cent of it.",
+            "* White noise agrees with the quick reading within its interval or within a few percent.",
             (
                 "449 s do not reach the floor: B is an upper limit on every axis, where a tool that reads the minimum "
                 "prints a number."

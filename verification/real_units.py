@@ -28,9 +28,9 @@ DEG = math.pi / 180
 
 HEAD = """# Real units
 
-Calibrations and headings of units that others have recorded and published, beside their certificates or coefficients.
-The recordings themselves are not part of the repository; the page is written by `python -m verification.real_units
-FOLDER`. Positions at rest are found by the tool; no noise model is given, so the noise comes from the recordings.
+Calibrations and headings from published recordings, compared with the published certificates or coefficients. The
+recordings are not part of the repository; `python -m verification.real_units FOLDER` writes this page. allanite detects
+the positions at rest; no noise model is given, so the noise comes from the recordings.
 Intervals are at 95 %.
 """
 
@@ -96,10 +96,10 @@ def xsens(folder: Path) -> str:
 
 {facts(found)}
 {text}
-* The certificate gives whole counts per m/s² and rad/s: its scale factors are known to 0.1 % at best, and the day and
-  the gravity of the factory are not said. All differ from ours by less than 0.3 %.
+* The certificate gives whole counts per m/s² and rad/s: its scale factors are known to 0.1 % at best, and it does not
+  state the date or the gravity of the factory. All differ from ours by less than 0.3 %.
 * The biases of the gyros follow gravity, by up to {follows:.2f} deg/s per g: fitted, since without it the gyros scatter
-  four times more than their noise. The certificate has no such term; its offsets of the gyros are of another day, too.
+  four times more than their noise. The certificate has no such term, and its gyro offsets are from another day.
 """
 
 
@@ -128,7 +128,7 @@ def openaxes(folder: Path, name: str, diagonal: Array, upper: Array, bias: Seque
     return f"""### {name}
 
 {facts(found)}
-Every position counting alike, without a drift of the biases, as in the program of the authors:
+With equal weights for all positions and no drift of the biases, as in the authors' program:
 
 {table(["x = T a - b", "ours", "printed", "difference"], rows)}
 By default a drift of the biases is looked for: {drift:.2g} m/s² per root of a second here. With it the biases b are

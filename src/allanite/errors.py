@@ -69,7 +69,7 @@ class FitError(AllaniteError):
     Attributes
     ----------
     partial : object or None
-        What was found so far, so that a caller may still use it.
+        Result so far, for a caller that can still use it.
     """
 
     def __init__(self, message: str, partial: object | None = None) -> None:

@@ -111,7 +111,7 @@ def test_what_the_table_does_is_no_fault_of_the_sensor(run: Run, bench: Path) ->
 def test_steps_that_clip_are_named(run: Run, bench: Path) -> None:
     done = run(*options(bench, "clipped.parquet"))
     assert done.code == 0, done.err
-    assert "4 steps at -100, 100 deg/s clip, and are left out" in " ".join(done.out.split())
+    assert "4 steps at -100, 100 deg/s clip and are left out" in " ".join(done.out.split())
     assert "7 of 11 steps used" in done.out
 
 

@@ -79,7 +79,7 @@ def test_common_prints_every_part_and_gaps_are_loss(run: Run, pair: Recording, t
     assert document["format"] == "allanite-separation" and document["missing"] == 100
     assert [part["name"] for part in document["own"]] == ["a", "b"]
     shown = run("common", log, "--out", tmp_path / "out")
-    assert shown.code == 3 and shown.out.startswith("Noise is shared. The common part is seen at")
+    assert shown.code == 3 and shown.out.startswith("Noise is shared. The common part is resolved at")
     assert "a alone" in shown.out and "100 samples missing in at least one sensor" in shown.out
     assert (tmp_path / "out" / "separation.csv").exists()
     refused = run("common", log, "--channels", "a")

@@ -553,7 +553,7 @@ def test_what_a_file_does_not_say_is_asked_in_its_words(page: Any, tmp_path: Pat
     gyro = page.get_by_label(re.compile("^Gyroscope"))
     gyro.select_option(label="131 LSB/(deg/s) (±250 deg/s)")
     assert page.get_by_label(re.compile("^Accelerometer")).input_value() == "16384 LSB/g"
-    assert "Told by gravity" in asked.text_content()
+    assert "From gravity" in asked.text_content()
     page.get_by_role("button", name="Read the file with this").click()
     page.locator(".series .ytitle", has_text="deg/s").first.wait_for()
     assert "8 s" in page.locator("#series-title").text_content() and not asked.count()

@@ -128,7 +128,7 @@ def test_its_report_holds_every_figure_and_both_readings(whole: tuple[Demonstrat
         assert f"Figure {number} of the paper" in page
     bare = " ".join(re.sub(r"<[^>]+>", " ", page.split('<script type="application/json"')[0]).split())
     for words in (
-        "every unit that is typed in moves the mean",
+        "follows that rate by the share",
         "Its verdict is “inconsistent”, and “resolved” when the warm-up is fitted with the rate",
         "Takes 2, 3 and 4 of the paper are off by 7.3, 4.8 and 19.4 sigma",
         "Unsigned: ",

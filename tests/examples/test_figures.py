@@ -207,7 +207,7 @@ def test_the_mean_is_seen_to_follow_what_was_typed_in(
         assert abs(moved - follows) < 0.1
         assert len({(c.colour, c.style, c.marker) for c in panel.curves}) == 3
     np.testing.assert_allclose([label.y for label in unsigned.labels], told)
-    assert [c.label for c in unsigned.curves][2] == "told −0.004178 deg/s"
+    assert [c.label for c in unsigned.curves][2] == "given −0.004178 deg/s"
 
 
 def test_the_readings_may_not_be_mixed_up(both: tuple[list[ReferenceAided], list[ReferenceAided]]) -> None:

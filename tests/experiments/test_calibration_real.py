@@ -153,7 +153,7 @@ def test_mpu9150_moved_by_hand(real_data: Locate, number: int) -> None:
         assert np.abs(row(found, kind) - 1).max() < 0.02
         assert max(found[f"{kind}_{a}"].sd for a in "xyz") < 2e-3
     assert found.earth is not None and not found.earth.resolved
-    assert any("gravity was taken" in r for r in found.notes)
+    assert any("gravity is assumed" in r for r in found.notes)
 
 
 def test_mpu6050_in_counts_with_clipped_turns(real_data: Locate) -> None:

@@ -262,7 +262,7 @@ def test_the_vertical_bias_stays_in_the_height_unless_it_is_asked_to_go(
     assert any("stays in the height" in note for note in kept.notes)
     gone = dead_reckon(quiet, vertical=True, **options)
     assert gone["position_down"][-1] < 1e-4 * bias * t**2
-    assert any("removed by the mean at rest" in note for note in gone.notes)
+    assert any("is removed at rest" in note for note in gone.notes)
     coriolis = 1e-4 * bias * t**2  # what falls is carried aside
     assert kept["position_north"] == pytest.approx(gone["position_north"], abs=coriolis)
     assert [kept.to_json()["vertical"], gone.to_json()["vertical"]] == [False, True]
@@ -383,7 +383,7 @@ def test_notes_say_what_is_missing_and_where_the_model_ends() -> None:
         initial=InitialErrors(),
     )
     notes = " ".join(bad.notes)
-    for words in ("accelerometers", "wrong at the start", "10 deg", "second order"):
+    for words in ("accelerometers", "no initial errors", "10 deg", "second-order"):
         assert words in notes
     assert bad.linear_until is not None
     assert bad.linear_until < 3600
@@ -453,7 +453,7 @@ def test_command_writes_report_document_and_table(run: Run, tmp_path: Path) -> N
         (out / "errors.csv").read_text(encoding="utf-8").startswith("time_s,source,quantity,sd,lower,upper\n")
     )
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert "what the noise costs" in page
+    assert "Dead-reckoning error" in page
 
 
 @pytest.mark.parametrize(
@@ -479,7 +479,7 @@ def test_models_of_another_program_tell_their_rate_but_no_length_of_a_record(tmp
     )
     found = dead_reckoning_of([place], latitude=LATITUDE, duration=60.0)
     assert found.plain["rate"] == 200.0
-    assert not any("extrapolation" in note for note in found.result.notes)
+    assert not any("extrapolated" in note for note in found.result.notes)
 
 
 def test_figures_of_every_view() -> None:

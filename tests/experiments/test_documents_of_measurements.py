@@ -15,6 +15,7 @@ from allanite.errors import FormatError
 from allanite.views.plain_page import plain_page
 from allanite.views.registry import document_of
 from allanite.views.report import html_of
+from bettered import bettered
 
 OLD = Path(__file__).parent / "documents"
 NAMES = sorted(path.stem for path in OLD.glob("*-1-*.json"))
@@ -78,7 +79,7 @@ def test_version_1_says_what_it_said(name: str) -> None:
     data = before(name)
     checks = [[c["name"], c["says"], c["passed"], c["p"]] for c in data.get("checks", ())]
     faults = [fault["says"] for fault in data.get("faults", ())]
-    data |= {"checks": checks, "faults": faults}
+    data = bettered({**data, "checks": checks, "faults": faults})
     after = said(document_of(old(name)).result)
     notes = sorted(after.pop("notes", ())), sorted(data.get("notes", ()))
     assert after == {key: data[key] for key in after}

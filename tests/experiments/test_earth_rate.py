@@ -74,7 +74,7 @@ def test_the_first_direction_gives_the_sign() -> None:
     chosen = measured(record, QUIET, first=None)
     assert chosen.rate == pytest.approx(EARTH_RATE, rel=1e-5)
     assert chosen.reading("pairs").rate == pytest.approx(EARTH_RATE, rel=1e-5)
-    assert any("choice" in sentence for sentence in chosen.advice)
+    assert any("arbitrary" in sentence for sentence in chosen.advice)
 
 
 def test_drift_leaks_through_ordered_pairs_and_not_through_triples() -> None:
@@ -495,7 +495,7 @@ def test_what_widens_the_noise_is_said() -> None:
         words = widened_words(e.inflation, e.checks)
         assert bool(words) == (e.inflation > 1)
         assert "see the checks" not in words or not all(c.passed for c in e.checks)
-    assert "the pairs of dwells scatter as much" in widened_words(widened[0].inflation, widened[0].checks)
+    assert "the pairs of dwells scatter that much" in widened_words(widened[0].inflation, widened[0].checks)
 
 
 def test_of_very_many_dwells_those_in_the_middle_are_checked(monkeypatch: pytest.MonkeyPatch) -> None:

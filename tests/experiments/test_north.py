@@ -463,7 +463,7 @@ def test_too_short_a_record_is_no_north_either() -> None:
     """Noise ten times the Earth: the whole circle, and the advice to go on."""
     model = NoiseModel.of(White(N=2000 * DEG_H))
     found = one_axis(positions(QUARTERS, 60, 2.0), 1.0, 7, model)
-    assert found.verdict == "no north" and "record for longer, with more turns" in found.advice
+    assert found.verdict == "no north" and "record longer, with more turns" in found.advice
 
 
 def test_between_seen_and_sure_it_is_not_resolved() -> None:

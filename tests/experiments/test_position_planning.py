@@ -189,7 +189,7 @@ def test_what_flicker_forbids_is_said() -> None:
         candidates="faces",
         most=6,
     )
-    assert "no position that may be chosen tells accelerometer.misalignment" in p.says
+    assert "no allowed position determines accelerometer.misalignment" in p.says
     assert any("allow edges" in note for note in p.notes)
 
 
@@ -262,7 +262,7 @@ def test_a_heading_needs_half_a_turn_where_the_bias_hides_the_earth() -> None:
 def test_a_consumer_unit_gets_no_heading() -> None:
     p = plan_positions(BOTH, heading=True, latitude=LATITUDE, time=60.0)
     assert not p.reached
-    assert any("no north" in note for note in p.notes)
+    assert any("to give north" in note for note in p.notes)
 
 
 # -- what is refused -----------------------------------------------------------------------------------------

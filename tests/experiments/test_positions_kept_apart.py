@@ -94,7 +94,7 @@ def test_files_and_rows_give_the_parameters_of_the_one_log(log) -> None:
     averages = np.array([[np.mean(r.scaled(n)) for n in whole.names] for r in files])
     kept = means_of(table(averages, whole.names, [c.unit for c in whole.channels]), averaging=6.0)
     by_row = calibrate_means(kept, **known)
-    assert "2 s are assumed" in apart.says[0]
+    assert "2 s between them are assumed" in apart.says[0]
     limit = chi2.ppf(0.999, len(FORCES))
     biases = tuple(f"gyro.bias_{a}" for a in "xyz")
     for found in (by_file, by_row):
@@ -103,7 +103,7 @@ def test_files_and_rows_give_the_parameters_of_the_one_log(log) -> None:
         assert not any(t.used for t in found.turns)
         open_ = {p.name for p in found.parameters if p.status == "assumed"}
         assert open_ == {n for n in NAMES if n.startswith("gyro.") and "bias" not in n}
-        assert any("no turn between the positions was recorded" in a for a in found.advice)
+        assert any("only turns show the scale factors" in a for a in found.advice)
         assert not found.add  # another position would not help
         for name in FORCES:  # without turns the sphere alone is left of what gravity says
             assert found[name].sd >= 0.99 * one[name].sd
@@ -143,7 +143,7 @@ def test_scatter_alone_gives_intervals_that_hold_as_often_as_they_say() -> None:
 
 def test_nothing_is_said_of_the_noise_where_nothing_tells_it() -> None:
     six = PositionMeans(rows=rows(truth(1), 6, 1, (5e-4, 1e-4)))
-    with pytest.raises(DataQualityError, match=r"nothing tells the noise of the accelerometer: 6 positions"):
+    with pytest.raises(DataQualityError, match=r"the noise of the accelerometer is unknown: 6 positions"):
         calibrate_means(six, gravity=G, gyro=())
     with pytest.raises(InputError, match="--averaging 60s, or in a column duration"):
         calibrate_means(six, gravity=G, model=MODELS)
@@ -192,7 +192,7 @@ def test_gyros_find_the_headings_by_the_earth_or_say_what_it_costs(noise: float,
         PositionMeans(rows=rows(values, 16, 7, (5e-4, noise))), gravity=G, latitude=LATITUDE
     )
     assert (found.earth is not None) == told
-    assert any("no turn tells how the positions were headed" in r for r in found.notes) != told
+    assert any("the headings of the positions are unknown" in r for r in found.notes) != told
     for axis in "xyz":
         p = found[f"gyro.bias_{axis}"]
         assert abs(p.value - values[p.name]) < 4.5 * p.sd
@@ -224,12 +224,12 @@ def test_calibrate_takes_files_and_rows(run: Run, folder: Path, tmp_path: Path, 
     assert [Path(part["file"]).name for part in document["files"]] == [f.name for f in files]
     assert not any(finding["code"] == "missing" for finding in document["findings"])
     assert document["apart"]["assumed"] == 60.0
-    assert any("60 s are assumed between them" in r for r in CalibrationEstimate.from_json(document).notes)
+    assert any("60 s between them are assumed" in r for r in CalibrationEstimate.from_json(document).notes)
     done = run("calibrate", "--means", folder / "means.csv", *known, "--out", tmp_path / "rows")
     assert done.code == 0, done.err
     document = json.loads((tmp_path / "rows" / "calibration.json").read_text(encoding="utf-8"))
     assert document["positions"][0]["start"] is None and document["rate"] is None
-    assert "No turn between the positions was recorded" in " ".join(done.out.split())
+    assert "Only turns show the scale factors" in " ".join(done.out.split())
     assert "scatter of the positions" in done.out and "14 positions (rows of means)" in done.out
     for words, message in (
         ([files[0], files[1]], "several LOGs are for --positions"),

@@ -204,7 +204,7 @@ def test_a_table_that_counts_the_other_way_round_turns_odd_signs() -> None:
     assert b["quadratic"].value == pytest.approx(-a["quadratic"].value, rel=1e-7)
     assert b["cubic"].value == pytest.approx(a["cubic"].value, rel=1e-7)
     assert b["scale-factor error"].value == pytest.approx(a["scale-factor error"].value, rel=1e-7)
-    assert any("other way round" in note for note in b.notes)
+    assert any("opposite signs" in note for note in b.notes)
 
 
 # -- intervals ----------------------------------------------------------------------------------------------
@@ -332,7 +332,11 @@ def test_by_a_clock_that_is_given_the_delay_is_the_sensors(table: RateTable) -> 
     delay = found["delay"]
     assert delay.value == pytest.approx(0.05, abs=4 * delay.total_sd) and "clock offset" not in found.names
     assert found["scale factor"].value == pytest.approx(1.002, abs=4 * found["scale factor"].total_sd)
-    assert found.clock == "given" and any("behind the table" in n for n in found.notes) and not failed(found)
+    assert (
+        found.clock == "given"
+        and any("the output lags the table" in n for n in found.notes)
+        and not failed(found)
+    )
 
 
 def holed(record: Recording, missing: np.ndarray) -> Recording:
@@ -382,11 +386,11 @@ def test_a_motion_that_repeats_itself_is_said_to(offset: float, taken: float) ->
     record = simulate_on_table(NOISE, table, rate=20.0, duration=200.0, seed=3, offset=offset)
     found = measure_rate_table(record, table=table, model=NOISE, nonlinearity=1)
     assert found["clock offset"].value == pytest.approx(taken, abs=0.01) and found["scale factor"].value > 0
-    (note,) = [n for n in found.notes if "repeats itself" in n]
-    assert "other sign" in note and "--offset" in note
+    (note,) = [n for n in found.notes if "periodic" in n]
+    assert "opposite sign" in note and "--offset" in note
     for other in (steps(), sweep(), sinusoids(0.1)):
         assert not any(
-            "repeats" in n for n in measure_rate_table(twin(other), table=other, model=NOISE).notes
+            "periodic" in n for n in measure_rate_table(twin(other), table=other, model=NOISE).notes
         )
 
 
@@ -395,7 +399,7 @@ def test_of_a_single_sinusoid_the_nearest_period_is_taken(offset: float) -> None
     """The log begins before the first swing, or in it: then all earlier periods fit as well."""
     table = sinusoids(0.5)
     found = measure_rate_table(twin(table, rate=20.0, offset=offset), table=table, model=NOISE)
-    assert any("repeats" in n for n in found.notes) == (offset < 0)
+    assert any("periodic" in n for n in found.notes) == (offset < 0)
     assert found["clock offset"].value == pytest.approx(offset, abs=4 * found["clock offset"].total_sd)
     assert found["scale factor"].value == pytest.approx(1.0, abs=4 * found["scale factor"].total_sd)
 

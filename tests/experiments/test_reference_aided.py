@@ -93,8 +93,8 @@ def test_unsigned_mean_is_the_reference_that_was_typed_in(seconds: float) -> Non
     assert found[0].follows == pytest.approx((means[1] - means[0]) / EARTH, rel=1e-6)
     # What is left is white noise and the first samples, for which the states begin at zero: some 0.0012 deg/s.
     assert np.abs(np.subtract(means, told)).max() < 0.002 * DEG
-    assert "no measurement" in found[0].statement
-    assert "follows what it was told" in found[0].statement
+    assert "does not measure the rate" in found[0].statement
+    assert "follows that reference" in found[0].statement
 
 
 def test_unsigned_mean_does_not_see_the_sensor() -> None:
@@ -123,8 +123,8 @@ def test_demodulated_mean_follows_the_sensor(seconds: float, share: float) -> No
         pairs = float(np.mean(record.values("gyro") * signs))
         assert one.mean_raw == pytest.approx(pairs, rel=1e-12)
         assert 0.03 < 1 - none.mean_corrected / pairs < 0.13
-        assert "the sensor decides" in one.statement
-        assert "no measurement" in one.statement
+        assert "only partly from the sensor" in one.statement
+        assert "does not measure the rate" in one.statement
 
 
 def test_rate_table_is_what_it_serves_for() -> None:
@@ -160,7 +160,7 @@ def test_result_is_plain_and_says_what_it_is() -> None:
     assert document["measurement"] is False
     assert document["running"]["corrected"][-1] == pytest.approx(result.mean_corrected, rel=0.01)
     assert max(document["corrected"]["t"]) < 30
-    assert result.notes == ("the filter has no state for quantisation: it is left out",)
+    assert result.notes == ("the filter has no state for quantisation and omits it",)
     assert "follows its reference by 1.0" in repr(result)
     assert not result.corrected.flags.writeable
     json.dumps(reference_aided(record, PUBLISHED, reference=0.0, T=T_B).to_json(), allow_nan=False)

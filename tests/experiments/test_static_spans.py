@@ -269,7 +269,7 @@ def test_e_an_even_rotation_is_no_rest() -> None:
     vertical = np.array([0.0, 0.0, 1.0]) @ rotation([0.3, -0.5, 0.2])
     rates[2000:3000], rates[4000:4500] = 5 * DEG * vertical, -2 * DEG * vertical
     found = turned(rates)
-    assert "turning" in why(found) and any("rate is even" in text for text in found.findings)
+    assert "turning" in why(found) and any("steady rate" in text for text in found.findings)
     assert all(not rates[a:b].any() for a, b in found.array) and len(found) == 3
 
 

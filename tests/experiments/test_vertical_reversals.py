@@ -133,7 +133,7 @@ def beside_accelerometers(
     [
         ("gyro_x", {"acc_x": 9.8, "acc_y": 0.0, "acc_z": 0.0}, "--first up"),
         ("gx", {"ax": -9.6, "ay": 0.0, "az": 1.0}, "--first down"),
-        ("rate", {"acc_z": 9.7}, "upright"),  # whose axis is along it, no name says
+        ("rate", {"acc_z": 9.7}, "was vertical"),  # whose axis is along it, no name says
         ("gx", {"ax": 0.1, "az": 9.8}, ""),  # about a level axis: this one stayed level
         ("gx", {}, ""),
     ],
@@ -147,13 +147,15 @@ def test_accelerometers_tell_an_axis_that_was_turned_over(
         found = measured(log, SENSOR, first=first, channel=gyro)
         (size,) = (f for f in found.reversals.findings if f.code == "turns_by_size")
         assert size.severity == ("info" if says else "warning")
-        assert (says or "across its axis") in size.advice and ("--dwell 30" in size.advice) == (not says)
+        assert (says or "an axis across its own") in size.advice and ("--dwell 30" in size.advice) == (
+            not says
+        )
         asked = " ".join(found.advice)
-        assert not says.startswith("--") or f"Say so: {says}" in asked
+        assert not says.startswith("--") or f"State it: {says}" in asked
         assert first or "--first" in asked
     if says.startswith("--"):
         followed = measured(log, SENSOR, first=says.split()[1], channel=gyro)
-        assert not any("Say so" in line or "not known" in line for line in followed.advice)
+        assert not any("State it" in line or "is unknown" in line for line in followed.advice)
 
 
 @pytest.mark.parametrize("latitude", [NORTHERN, SOUTHERN])
@@ -262,7 +264,7 @@ def test_without_a_g_sensitivity_the_earth_alone_is_never_claimed() -> None:
     assert (open_.verdict, stated.verdict) == ("not separable from g-sensitivity", "resolved")
     assert not open_.resolved
     assert "g-sensitivity" in open_.reason
-    assert any("bounds the Earth rate and the g-sensitivity" in words for words in open_.advice)
+    assert any("is the sum of the Earth rate and the g-sensitivity" in words for words in open_.advice)
     assert not any("g-sensitivity" in words for words in stated.advice)
     follows = 30 * PER_G
     off = measured(twin(SENSOR, duration=1500.0, follows=follows * STANDARD_GRAVITY), SENSOR)
@@ -336,7 +338,7 @@ def test_no_output_speaks_of_a_level_axis(name: str, run: Run, tmp_path: Path) -
         assert "if the Earth turns at its known rate" in text
     assert "The means of the dwells, up and down" in words
     assert ("deviation 0.18 by the latitude" in words) is (name == "stated")
-    assert ("bounds the Earth rate and the g-sensitivity" in words) is (name != "stated")
+    assert ("is the sum of the Earth rate and the g-sensitivity" in words) is (name != "stated")
     rows = (out / "dwells.csv").read_text(encoding="utf-8").splitlines()
     assert [row.split(",")[3] for row in rows[1:3]] == ["up", "down"]
 

@@ -85,7 +85,7 @@ def test_drift_is_taken_off() -> None:
     assert after.deviation[1, 0] < 0.5 * before.deviation[1, 0]
     assert result.verdict == "consistent"
     wrong = NoiseModel.of(White(N=1.3e-4), Flicker(B=3e-5), RandomWalk(K=4e-6))
-    assert "smaller than the model says" in filter_recording(source, wrong).reason
+    assert "smaller than the model predicts" in filter_recording(source, wrong).reason
 
 
 def test_units_and_kinds_do_not_change_the_result() -> None:

@@ -367,9 +367,9 @@ def test_verdicts_say_what_is_wrong_and_by_how_much(rng: np.random.Generator) ->
     z, one = rng.standard_normal(20_000), np.ones(20_000)
     assert (
         consistency(1.1 * z, one).reason
-        == "the noise is larger than the model says by 10 % (standard deviation)"
+        == "the noise is larger than the model predicts by 10 % (standard deviation)"
     )
-    assert "smaller than the model says by a factor 3 " in consistency(z / 3, one).reason
+    assert "smaller than the model predicts by a factor 3 " in consistency(z / 3, one).reason
     rising = consistency(z[1:] + 0.5 * z[:-1], 1.25 * one[1:])
     assert "not white: correlation +0.4 at lag 1" in rising.reason
     assert "samples share noise" in rising.reason

@@ -61,7 +61,9 @@ def test_every_kind_of_ratio_is_in_a_document_of_version_1() -> None:
     assert {r.status for r in ratios} == {*QuantityStatus} - {QuantityStatus.UPPER_LIMIT}
     assert any(math.isnan(r.value) for r in ratios), "over a model without noise there is none"
     pages = " ".join(unescape(html_of(old(name))) for name in NAMES)
-    assert "[not resolved]" in pages and "Only in one of them" in pages and "as long at rest" in pages
+    assert (
+        "[not resolved]" in pages and "Only in one of the two" in pages and "the same time at rest" in pages
+    )
 
 
 def test_a_damaged_document_is_refused_with_its_place() -> None:

@@ -290,7 +290,7 @@ def test_command_bounds_a_study(study: Path, run: Run, tmp_path: Path) -> None:
     )
     assert done.code == 0, done.err
     assert (
-        "Above the sensor everywhere from 0.25 to 512 s" in done.out
+        "the bound is above the sensor at all averaging times from 0.25 to 512 s" in done.out
         and "times the fit on average" in done.out
     )
     document: dict[str, Any] = json.loads((out / "overbound.json").read_text())

@@ -14,6 +14,7 @@ from allanite.errors import FormatError
 from allanite.fitting.spectral.spectra import ModelAgreement, Spectra
 from allanite.study.result_document import read_document
 from allanite.views.report import html_of, render_file
+from bettered import bettered
 
 OLD = Path(__file__).parent / "documents"
 
@@ -33,7 +34,9 @@ def test_version_1_says_what_it_said(name: str, tmp_path: Path) -> None:
         else:
             assert channel.expected is not None
             np.testing.assert_allclose(channel.expected, was["expected"], rtol=1e-4)
-            assert channel.reason == (was["disagreement"] or ("" if was["compared"] else channel.reason))
+            assert channel.reason == (
+                bettered(was["disagreement"]) or ("" if was["compared"] else channel.reason)
+            )
             assert channel.compared == was["compared"]
     again = json.loads(json.dumps(document.to_json(), allow_nan=False))
     assert again["version"] == 2 and read_document(Spectra, again).to_json() == again

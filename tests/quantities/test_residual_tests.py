@@ -34,7 +34,7 @@ def test_a_failed_size_widens_up_to_a_factor_of_two() -> None:
     assert inflation_of([fine, loud]) == pytest.approx(1.5)
     assert inflation_of([quiet]) == 1  # too little noise narrows nothing
     assert (grave([fine, loud, quiet]), grave([foreign])) == ([], [foreign])
-    assert "is it the model" in foreign.says and "wider than need be" in quiet.says
+    assert "is it the model" in foreign.says and "wider than necessary" in quiet.says
 
 
 def test_size_is_two_sided_and_true_to_its_probability() -> None:

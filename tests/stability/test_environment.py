@@ -225,7 +225,7 @@ def test_a_temperature_that_goes_with_time_is_no_drift_of_the_sensor() -> None:
     assert found.verdict == "not separable"
     assert "drift" in found.reason
     assert found.taken_off == ()
-    assert any("come back" in words for words in found.advice)
+    assert any("the temperature return" in words for words in found.advice)
     one_way = regress_environment(twin(swing=0.0, rise=8.0, time_constant=LENGTH / 4), temperature="temp")
     assert one_way.hysteresis is not None
     assert one_way.hysteresis.status == "one way"

@@ -406,7 +406,9 @@ def test_rates_lengths_and_sampling_conventions_may_differ() -> None:
     )
     found = compare([curve(1), *(curve(5 + i, **o) for i, o in enumerate(others))], names=list("abc"))
     assert found.verdict is ComparisonVerdict.NO_DIFFERENCE
-    assert all(any(words in r for r in remarks(found)) for words in ("the rates differ", "point samples"))
+    assert all(
+        any(words in r for r in remarks(found)) for words in ("the sample rates differ", "point samples")
+    )
     n = found["gyro"]["N"].common
     assert n.lower < 1e-3 < n.upper
     moved = compare([curve(1), scaled(curve(5, **others[0]), 1.3)], names=["a", "b"])

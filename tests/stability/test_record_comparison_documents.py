@@ -14,34 +14,21 @@ from allanite.quantities.quantity import QuantityStatus
 from allanite.stability.record_comparison import Comparison
 from allanite.stability.record_comparison.remarks import remarks
 from allanite.views.report import html_of, render_file
+from bettered import bettered
 
 OLD = Path(__file__).parent / "documents"
-#: Sentences of version 1 that are worded better now.
-BETTERED = {
-    "the parameters' intervals hold that, and the test of the curves does not need it": (
-        "the intervals of the parameters include that, and the test of the curves does not depend on it"
-    ),
-    "the mean of a record holds what the sensor measures": "the mean of a record includes what the sensor measures",
-    "only of a sensor that stood the same way": "only of sensors in one orientation",
-}
 
 
 def old(name: str) -> dict[str, Any]:
     return json.loads((OLD / f"comparison-1-{name}.json").read_text(encoding="utf-8"))
 
 
-def bettered(words: str) -> str:
-    for before, after in BETTERED.items():
-        words = words.replace(before, after)
-    return words
-
-
 @pytest.mark.parametrize("name", ["rates", "outlier", "pair", "odd"])
 def test_version_1_says_what_it_said(name: str, tmp_path: Path) -> None:
     before = old(name)
     after = Comparison.from_json(before)
-    assert (after.verdict.words, after.reason) == (before["verdict"], before["reason"])
-    assert remarks(after) == [bettered(words) for words in before["remarks"]]
+    assert (after.verdict.words, after.reason) == (before["verdict"], bettered(before["reason"]))
+    assert remarks(after) == bettered(before["remarks"])
     for was, channel in zip(before["channels"], after.channels, strict=True):
         for parameter, now in zip(was["parameters"], channel.parameters, strict=True):
             values = [None if v.value != v.value else v.value for v in now.records]
@@ -73,7 +60,7 @@ def test_version_1_of_families_apertures_and_a_spread_without_an_end() -> None:
     white = next(p for p in channel["parameters"] if p["symbol"] == "N")
     white["population"] |= {"spread_lower": 0.0, "spread_upper": None, "next_upper": None}
     after = Comparison.from_json(document)
-    assert remarks(after) == document["remarks"]
+    assert remarks(after) == bettered(document["remarks"])
     population = after["gyro"]["N"].population
     assert population is not None and population.next_sensor is None
     assert population.spread.status is QuantityStatus.NOT_RESOLVED

@@ -199,7 +199,7 @@ def test_common_part_that_one_sensor_feels_later_is_told_with_its_delay() -> Non
     rng = np.random.default_rng(17)
     y = np.stack([walk[delay:], walk[:-delay]], axis=1) + 0.3 * rng.standard_normal((n, 2))
     told = [r for r in separate_noise(record(y)).remarks if "later" in r]
-    assert len(told) == 1 and told[0].startswith("b feels") and "later than a" in told[0]
+    assert len(told) == 1 and told[0].startswith("b receives") and "later than a" in told[0]
     same = np.stack([walk[:n], walk[:n]], axis=1) + 0.3 * rng.standard_normal((n, 2))
     assert not any("later" in r for r in separate_noise(record(same)).remarks)
 

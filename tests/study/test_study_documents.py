@@ -23,6 +23,7 @@ from allanite.recording.health import Finding
 from allanite.views.figures import sheet_of
 from allanite.views.report import page_of
 from allanite.views.terminal import show_document
+from bettered import bettered
 
 OLD = sorted((Path(__file__).parent / "documents").glob("study-1-*.json"))
 #: Made before the program told how a spectrum was made; its advice is in words of its own.
@@ -101,7 +102,7 @@ def test_a_study_of_version_1_says_what_it_said(place: Path) -> None:
             assert channel.environment is not None
             assert (channel.environment.verdict, channel.environment.reason) == (
                 found["verdict"],
-                found["reason"],
+                bettered(found["reason"]),
             )
         if "contamination" in entry:
             assert channel.contamination is not None

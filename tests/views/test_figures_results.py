@@ -157,7 +157,7 @@ def test_the_dead_time_that_was_used_stands_out(estimate: EarthRateEstimate) -> 
     (shown,) = sheet_of(estimate, view="dead-time").panels
     np.testing.assert_allclose(named(shown, "regression").x, estimate.dead_times[:, 0])
     np.testing.assert_allclose(named(shown, "regression").y * DEG_H, estimate.dead_times[:, 1])
-    assert named(shown, "2 s, as it was used").x.tolist() == [2.0]
+    assert named(shown, "2 s, as used").x.tolist() == [2.0]
 
 
 def test_three_estimators_stand_side_by_side(estimate: EarthRateEstimate) -> None:

@@ -143,7 +143,7 @@ def test_the_report_of_the_filter_that_is_told_the_rate() -> None:
     page = html_of(reference_aided(still, seed_paper.sensor(), reference=7e-5))
     assert_whole(page)
     text = text_of(page)
-    assert text.index("This is no measurement") < text.index("Unsigned: ") < text.index("Demodulated: ")
+    assert text.index("This is not a measurement") < text.index("Unsigned: ") < text.index("Demodulated: ")
     assert "unsigned 14.44" in text
     assert "100 %" in text
 

@@ -17,9 +17,9 @@ NAMES = {"N": "N", "B": "B", "K": "K", "T": "T_b"}
 
 HEAD = """# Scoreboard
 
-The same records through the tools that people use today and through allanite. Truth is known, because every record is
-simulated; each tool is asked in the way that suits it best, and its user is taken to know what the tool leaves open
-(which conversion, which terms, where on the curve). Written by `python -m verification scoreboard` on {date}, root seed
+The same simulated records, with known truth, analyzed by the common tools and by allanite. Each tool is used in the way
+that suits it best, and its user is assumed to know what the tool leaves to him (which conversion, which terms, where on
+the curve). Written by `python -m verification scoreboard` on {date}, root seed
 {seed}; every row with its numbers is in [the table](../verification/results/scoreboard.md).
 
 ![Parameters over their truth by tool; coverage of the bars of the curve](../verification/results/scoreboard.png)
@@ -31,7 +31,7 @@ simulated; each tool is asked in the way that suits it best, and its user is tak
 TAIL = """
 ## Run it yourself
 
-The other packages are needed for nothing else; those that are not installed are left out. The programs of the Robot
+Only this comparison needs the other packages; those that are not installed are left out. The programs of the Robot
 Operating System are not run: their published reading rules are rewritten as functions of one record
 (`verification/scoreboard/rules.py`), so their speed is not compared.
 
@@ -62,7 +62,7 @@ def _parameters(rows: list[Json]) -> list[str]:
         "## Parameters",
         "",
         "Estimate over truth: median, in brackets the 10th and 90th percentile. *holds*: share of the 68 % and of the",
-        "95 % bars that hold the truth, for tools that give or allow a bar; all others print a number without one.",
+        "95 % bars that contain the truth, for tools that give or allow a bar; all others print a number without one.",
         "A dash: the tool has no such answer. B of a Gauss-Markov term is the flicker with the same highest deviation.",
     ]
     for scenario in dict.fromkeys(r["scenario"] for r in rows):
@@ -97,7 +97,7 @@ def _absent(rows: list[Json]) -> list[str]:
         "",
         "## Terms that are not there",
         "",
-        "Share of records in which a tool states the term all the same, at a size that makes more than a hundredth of",
+        "Share of records in which a tool reports the absent term, at a size that makes more than a hundredth of",
         "the Allan variance at a tenth of the record.",
         "",
     ]
@@ -137,12 +137,12 @@ def _hardships(rows: list[Json]) -> list[str]:
         "",
         "## What records are like",
         "",
-        "White noise and a random walk, 200 000 samples, damaged, and handed over as they are: the largest error of",
-        "the deviation at m = 1, 10, 100, 1000 and 10 000, against that of the record without damage. Where samples",
-        "are missing a part of it is chance: fewer windows are left. Closed up: the holes are cut out before the tool",
-        "sees the record, which no tool can know. Samples missing here and there leave allanite's curve no long",
-        'stretch to average: it ends early instead of being bent, and the fit of the record (`method="likelihood"`),',
-        "which needs none, goes on.",
+        "Records of 200 000 samples of white noise and random walk, damaged and passed on as is: the largest error",
+        "of the deviation at m = 1, 10, 100, 1000 and 10 000, over that of the undamaged record. With missing samples",
+        "part of this error is random, since fewer windows remain. Closed up: the holes are cut out before the tool",
+        "gets the record, so no tool can know of them. With scattered missing samples allanite's curve has no long",
+        'stretch to average: it ends early instead of bending, and the fit of the record (`method="likelihood"`)',
+        "still works.",
         "",
         f"| record | {' | '.join(tools)} |",
         "|---|" + "---|" * len(tools),

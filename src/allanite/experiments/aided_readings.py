@@ -43,22 +43,22 @@ class AidedStatement:
     @property
     def statement(self) -> str:
         """What the mean of the corrected samples is, and is not."""
-        moved = f"each unit by which that reference is moved moves the mean by {self.follows:.2f}"
+        moved = f"a change of the reference by 1 changes the mean by {self.follows:.2f}"
         if self.reading == "unsigned":
             return (
-                "Reference-aided: this is no measurement of the rate. The filter was told the rate, and the mean of "
-                f"the corrected samples follows what it was told, not the sensor: {moved}"
+                "Reference-aided: this does not measure the rate. The filter was given the rate, and the mean of the "
+                f"corrected samples follows that reference, not the sensor: {moved}"
             )
         return (
-            "Reference-aided: this is no measurement of the rate. The filter was told the rate, with the sign of each "
-            f"heading; the sensor decides the mean but for a part ({moved}), and part of the signal is taken for "
-            "flicker. The pairs and the regression estimate the rate without being told it"
+            "Reference-aided: this does not measure the rate. The filter was given the rate, with the sign of each "
+            f"heading; the mean comes only partly from the sensor ({moved}), and part of the signal is removed as "
+            "flicker. The pairs and the regression estimate the rate without a reference"
         )
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Terms of the model that the filter has no state for, in sentences."""
-        return tuple(f"the filter has no state for {name}: it is left out" for name in self.left_out)
+        return tuple(f"the filter has no state for {name} and omits it" for name in self.left_out)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -193,12 +193,12 @@ class Plan(Result):
         if not any(isinstance(term, White) for term in self.model.terms):
             yield (
                 PlanRemark.NO_WHITE,
-                "the model has no white noise, and every sensor has some: the plan is too good, its dwells too short",
+                "the model has no white noise, but every sensor does: the plan is optimistic, its dwells too short",
             )
         if self.undecided:
             family = "flicker" if self.model.family == "flicker" else "the Gauss-Markov term"
             says = (
-                "the record at rest cannot tell flicker from a Gauss-Markov term; the plan takes "
+                "the record at rest cannot separate flicker from a Gauss-Markov term; the plan assumes "
                 f"{family}, which needs the longer record"
             )
             yield PlanRemark.UNDECIDED, says
@@ -252,8 +252,9 @@ def plan(
     Parameters
     ----------
     model : NoiseModel
-        Of a rate sensor at rest, in SI.
+        Noise model of a rate sensor at rest, in SI.
     latitude : float [rad]
+        Latitude of the place.
     what : "rate" or "north"
         The Earth rate from one horizontal axis turned between north and south, or the heading of a table.
     goal : float, optional
@@ -261,9 +262,9 @@ def plan(
     dead_time : float [s]
         Lost at each turn: the turn itself and what is left out after it.
     dwells : sequence of float [s]
-        From the beginning of one turn to the beginning of the next; what is used of each is less by `dead_time`.
+        Times from the start of one turn to the start of the next; the part used of each is shorter by `dead_time`.
     durations : sequence of float [s]
-        Of the record.
+        Lengths of the record.
     stated : SetupUncertainty, optional
         Uncertainties that no length of record reduces.
     misalignment : float [rad]

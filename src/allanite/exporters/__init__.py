@@ -100,7 +100,7 @@ def export(
         A study, its document, or bare models (then `rate` is needed and their `kind` says what they are). For
         "imu-tk", and for "openvins" where there is one, a calibration, its document, or one that holds it.
     path : path, optional
-        Where to write; without it the text is only returned. Of several files it is their folder.
+        File to write; without it the text is only returned. Several files are written to this folder.
     force : bool
         Replace a file that is there.
     rate : float, optional [Hz]
@@ -111,8 +111,8 @@ def export(
     Returns
     -------
     str
-        The text of the file; of several one after the other, each after a line with its name. Of a binary file the
-        size stands there.
+        Text of the file; several files follow each other, each after a line with its name. A binary file is represented
+        by its size.
 
     Raises
     ------

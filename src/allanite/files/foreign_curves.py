@@ -153,15 +153,17 @@ def read_curve(
     samples : int, optional
         Length of the record behind the curve; follows from a column of counts where there is one.
     rate : float, optional [Hz]
-        Sample rate of that record; follows from counts, or from lags beside averaging times.
+        Sample rate of that record; follows from counts, or from lags together with averaging times.
     unit : str or mapping, optional
         Unit of the deviation (that of the rate or acceleration) where no heading gives it; also for variances.
     statistic : str, optional
-        What the values are where no heading says it: "oadev" or its square "oavar", "adev", "avar", "mdev", ...
+        Statistic of the values if no heading states it: "oadev" or its square "oavar", "adev", "avar", "mdev", ...
     channels : sequence of str, optional
         Columns to take.
     sampling : "mean" or "point"
+        Whether a sample is the mean over its interval or a point value.
     confidence : float
+        Confidence level of the intervals.
     **options
         `delimiter`, `decimal` and `variable` of `allanite.files.readers.read`.
 

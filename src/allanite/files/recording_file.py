@@ -57,6 +57,7 @@ def write_recording(
     Parameters
     ----------
     recording : Recording
+        Recording to write.
     path : path
         ``.parquet``, ``.npy``, ``.csv``, ``.npz`` or ``.mat``.
     force : bool

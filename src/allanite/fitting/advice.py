@@ -40,7 +40,7 @@ class Advice(Result):
     Attributes
     ----------
     symbol : str
-        Of the coefficient.
+        Symbol of the coefficient.
     target : float
         Relative standard deviation aimed at.
     duration : float [s]

@@ -199,13 +199,15 @@ def model_difference(
     Parameters
     ----------
     first, second : mapping of str to NoiseModel
-        As `load_models` gives them. Sensors of one name go together; one alone of its kind goes with all of that kind
-        in the other, as one data sheet is that of three axes; as many of a kind in both go together in their order.
+        Models as `load_models` gives them. Sensors of one name are compared; a single one of its kind is compared with
+        all of that kind in the other, as one data sheet describes three axes; equal numbers of a kind are compared in
+        their order.
     names : tuple of str
-        Of the sources.
+        Names of the sources.
     seconds : sequence of float [s]
+        Times after which to compare the drifts.
     rest : float, optional [s]
-        As for `drift`.
+        Rest before, as for `drift`.
 
     Returns
     -------

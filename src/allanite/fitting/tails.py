@@ -59,15 +59,15 @@ class Contamination(Result):
     Attributes
     ----------
     share, share_sd : float
-        Of such samples, with its standard error.
+        Share of such samples, with its standard error.
     ratio, ratio_sd : float
-        Of their spread to that of the others, with its standard error.
+        Ratio of their spread to that of the others, with its standard error.
     excess_kurtosis : float
-        Of the white noise.
+        Excess kurtosis of the white noise.
     N, N_without : Quantity
-        Of all samples, and without those.
+        N of all samples, and without the contaminated ones.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     """
 
     share: float

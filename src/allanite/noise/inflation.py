@@ -19,11 +19,11 @@ class Inflation(Result):
     Attributes
     ----------
     probability : float
-        With which the Allan deviation of the bound lies above that of the sensor at all averaging times together.
+        Probability that the Allan deviation of the bound is above that of the sensor at all averaging times.
     shortest, horizon : float [s]
         The averaging times from which and to which it does.
     factors : mapping of str to float or None
-        Of the amplitudes by symbol, over the fit; null for a term that the fit does not hold.
+        Factors of the amplitudes over the fit, by symbol; null for a term that the fit does not have.
     mean, greatest : float
         Factor of the deviation: on average over the logarithm of the averaging time, and at most.
     fitted : tuple of mapping
@@ -42,8 +42,8 @@ class Inflation(Result):
     def promise(self) -> str:
         """What the bound promises."""
         return (
-            f"above the sensor everywhere from {self.shortest:.3g} to {self.horizon:.4g} s with probability "
-            f"{100 * self.probability:g} %"
+            f"with probability {100 * self.probability:g} % the bound is above the sensor at all averaging times from "
+            f"{self.shortest:.3g} to {self.horizon:.4g} s"
         )
 
     @property

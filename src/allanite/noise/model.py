@@ -40,9 +40,9 @@ class Estimate:
     supported : bool
         The set excludes zero (T: the set is bounded on both sides).
     note : str
-        What a reader must know besides.
+        Remark on the estimate.
     statistical : (float, float) or None
-        Ends of the set without the uncertainty of the scale factor; None where `lower` and `upper` hold none.
+        Ends of the set without the uncertainty of the scale factor; None if `lower` and `upper` do not include it.
     """
 
     symbol: str
@@ -103,8 +103,9 @@ class NoiseModel:
     Attributes
     ----------
     terms : tuple of Term
+        Noise terms of the model.
     family : str
-        "flicker" or "gauss-markov" for a fitted model: what stands in the place of the bias instability.
+        "flicker" or "gauss-markov" for a fitted model: the term for the bias instability.
     estimates : tuple of Estimate
         Every parameter of the candidate family, supported or not.
     confidence : float
@@ -115,16 +116,16 @@ class NoiseModel:
     goodness : dict
         {"chi2", "dof", "p"}: does the model explain the curve?
     verdict : str
-        One sentence.
+        Summary in one sentence.
     alternative : NoiseModel or None
         The other family, when the record cannot decide.
     kind, unit : str
         Kind of the channel, and its own unit where it has no SI unit.
     overbound : Inflation or None
-        What an inflated model is inflated by and what it promises (`allanite.fitting.overbound`); None for any other.
+        Inflation of an inflated model and its promise (`allanite.fitting.overbound`); None for any other.
     scale_uncertainty : float or None
-        Standard uncertainty of the scale factor, relative, that the intervals of `estimates` hold besides the
-        statistical one; None where none was stated. `covariance` is statistical in any case.
+        Relative standard uncertainty of the scale factor, which the intervals of `estimates` include besides the
+        statistical one; None if not stated. `covariance` is always statistical.
     """
 
     terms: tuple[TermType, ...]
@@ -216,12 +217,13 @@ class NoiseModel:
         Parameters
         ----------
         dt : float [s]
+            Sample interval.
         sampling : "mean" or "point"
             Samples are means over their interval, or values at an instant.
         record : float, optional [s]
             Length of the record, which ends the band of flicker; 1e7 samples by default.
         ratio : float
-            Of the correlation times of flicker: 10 (Allan variance within 2 %) or sqrt(10) (0.01 %).
+            Ratio of the correlation times of flicker: 10 (Allan variance within 2 %) or sqrt(10) (0.01 %).
 
         Raises
         ------

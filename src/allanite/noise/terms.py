@@ -148,6 +148,7 @@ class White:
     Attributes
     ----------
     N : float [rad/s/sqrt(Hz) = rad/sqrt(s)]
+        Angle (or velocity) random walk.
     """
 
     N: float
@@ -260,6 +261,7 @@ class RandomWalk:
     Attributes
     ----------
     K : float [rad/s^2/sqrt(Hz) = rad/s/sqrt(s)]
+        Rate random walk.
     """
 
     K: float
@@ -298,6 +300,7 @@ class Ramp:
     Attributes
     ----------
     R : float [rad/s^2]
+        Rate ramp.
     """
 
     R: float
@@ -458,9 +461,11 @@ class Sinusoid:
     Attributes
     ----------
     amplitude : float [rad/s]
+        Amplitude of the sinusoid.
     frequency : float [Hz]
+        Frequency of the sinusoid.
     phase : float [rad]
-        At the first sample instant.
+        Phase at the first sample instant.
     """
 
     amplitude: float

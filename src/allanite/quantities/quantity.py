@@ -45,7 +45,7 @@ class Quantity(Result):
     lower, upper : float
         Ends of the interval; NaN where the record sets none.
     unit : str
-        Of SI; "1" for a ratio.
+        SI unit; "1" for a ratio.
     status : QuantityStatus
         "resolved", "upper limit", "not resolved", or "given" by the user.
     """

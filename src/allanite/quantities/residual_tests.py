@@ -143,7 +143,7 @@ def size_check(chi2: float, dof: int) -> ResidualTest:
 
 def size_words(ratio: float) -> str:
     """What a noise of so many times that of the model means."""
-    narrower = ", and the interval wider than need be" if ratio < 1 else ""
+    narrower = ", and the interval is wider than necessary" if ratio < 1 else ""
     foreign = "" if 1 / FOREIGN <= ratio <= FOREIGN else ": is it the model of this sensor, in this unit?"
     return f"the noise of this record is {ratio:.3g} times that of the model{narrower}{foreign}"
 
@@ -164,7 +164,7 @@ def scatter_check(what: str, chi2: float, dof: int, reasons: str = "") -> Residu
 
 def scatter_words(what: str, ratio: float, reasons: str) -> str:
     """What means that scatter more than the model says are a sign of."""
-    return f"the {what} scatter {ratio:.2f} times as much as the noise model says: {reasons}"
+    return f"the {what} scatter {ratio:.2f} times as much as the noise model predicts: {reasons}"
 
 
 def inflation_of(checks: Sequence[Tested]) -> float:

@@ -18,13 +18,14 @@ class SetupUncertainty:
     Attributes
     ----------
     scale : float
-        Of the scale factor, relative.
+        Relative standard uncertainty of the scale factor.
     latitude : float [rad]
+        Standard uncertainty of the latitude.
     tilt : float [rad]
-        Of the turntable's axis from the vertical, in the north-south plane; of a sensitive axis that is turned between
-        up and down, its lean from the vertical in each plane.
+        Tilt of the turntable's axis from the vertical, in the north-south plane; for a sensitive axis that is turned
+        between up and down, its tilt from the vertical in each plane.
     heading : float [rad]
-        Of the direction of a level sensitive axis in each dwell.
+        Uncertainty of the direction of a level sensitive axis in each dwell.
     """
 
     scale: float = 0.0

@@ -142,27 +142,30 @@ class Calibration:
     Attributes
     ----------
     names : tuple of str
-        Of the parameters: see `parameter_names`.
+        Names of the parameters, see `parameter_names`.
     values : ndarray, shape (k,)
         Biases in the unit of the channels, scale factors in that unit per SI unit (about 1 where it is SI),
         misalignments in rad.
     covariance : ndarray, shape (k, k)
-        Of the values; of parameters that no measurement determined it holds what was assumed of them.
+        Covariance of the values; for parameters that no measurement determined, the assumed one.
     status : tuple of str
-        For each: "estimated"; "assumed", where the measurement left it open and its value is nominal; "held", where
-        it was given.
+        Status of each: "estimated"; "assumed", not determined by the measurement and at its nominal value; "held",
+        given.
     frame : "z" or "x"
+        Axes that define the body.
     channels : dict of str to tuple of str
         Names of the three channels of "accelerometer" and "gyro".
     units : dict of str to str
         "m/s²", "rad/s" or the unit that the channels count in.
     temperature : float or None
-        To which the biases belong, in the unit of the temperature channel after its scale; None: not considered.
+        Temperature at which the biases apply, in the unit of the temperature channel after its scale; None: not
+        considered.
     gravity : float or None [m/s^2]
-        By which the accelerometers were calibrated: their scale factors are proportional to its inverse.
+        Gravity by which the accelerometers were calibrated: their scale factors are proportional to its inverse.
     date : str
-        Of the measurement, ISO 8601; "" where unknown.
+        Date of the measurement, ISO 8601; "" if unknown.
     source : str
+        Origin of the calibration.
     """
 
     names: tuple[str, ...]
@@ -244,7 +247,7 @@ class Calibration:
         Parameters
         ----------
         sds : mapping of str to float
-            By parameter ("gyro.bias_x") or by kind ("gyro.bias": all three axes).
+            Standard deviations by parameter ("gyro.bias_x") or by kind ("gyro.bias": all three axes).
         """
         extra = np.zeros(len(self.names))
         for key, sd in sds.items():

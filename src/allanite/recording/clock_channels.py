@@ -188,11 +188,15 @@ def clock_recording(
     samples : array_like, shape (n_samples,) or (n_samples, n_channels)
         Of a phase one value more than there are frequencies between them. NaN are gaps.
     rate : float [Hz]
+        Sample rate.
     kind : "phase" or "frequency"
+        Kind of the samples.
     unit : str
-        See `clock_unit`.
+        Unit of the samples, see `clock_unit`.
     carrier : float, optional [Hz]
+        Frequency of the carrier.
     names : sequence of str, optional
+        Names of the channels.
     start : int, optional [ns]
         UTC of the first sample.
 

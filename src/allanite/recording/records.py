@@ -114,7 +114,7 @@ class Channel:
     name : str
         Unique in its recording.
     kind : Kind
-        What the samples are once scaled.
+        Kind of the samples after scaling.
     unit : str
         Unit the samples are written in; "" when unknown.
     scale : float
@@ -125,7 +125,7 @@ class Channel:
     aperture : float or None [s]
         Time over which a sample is averaged when that is shorter than the interval.
     scale_uncertainty : float or None
-        Standard uncertainty of the scale, relative to it; None where nobody has stated one.
+        Relative standard uncertainty of the scale; None if not stated.
     """
 
     name: str
@@ -169,10 +169,10 @@ class Channel:
         Parameters
         ----------
         unit : str
-            Any unit of the reference page; "" or "unknown" where nobody knows it.
+            Any unit of the reference page; "" or "unknown" for an unknown unit.
         scale_factor : str, optional
-            For a sensor read through a converter, e.g. ``"24.0 mV/(deg/s)"`` with unit ``"V"``; with its standard
-            uncertainty ``"24.0(2) mV/(deg/s)"``.
+            Scale factor of a sensor read through a converter, e.g. ``"24.0 mV/(deg/s)"`` with unit ``"V"``; with its
+            standard uncertainty ``"24.0(2) mV/(deg/s)"``.
 
         Raises
         ------
@@ -247,18 +247,19 @@ class Recording:
     Attributes
     ----------
     channels : tuple of Channel
+        Channels of the recording.
     columns : tuple of Column
-        One per channel, all of length `n_samples`.
+        Samples of each channel, all of length `n_samples`.
     rate : float [Hz]
         Samples per second, 1e-9 to 1e12; span and length follow from it, so they can never disagree.
     start : int or None [ns]
         UTC of the first sample, int64 nanoseconds since 1970.
     history : tuple of dict
-        What was done to the samples since they were written; each step appends itself after success.
+        Steps done to the samples since they were written; each step appends itself after success.
     source : str
         Name of the file, without its folder; "" for samples made in memory.
     notes : dict
-        What the reader understood and guessed; `allanite.recording.health` makes findings of it.
+        What the reader recognized and assumed; `allanite.recording.health` turns it into findings.
     """
 
     channels: tuple[Channel, ...]
@@ -302,12 +303,15 @@ class Recording:
         samples : array_like, shape (n_samples,) or (n_samples, n_channels)
             Any real type; integers and memory maps are kept as they are. Masked entries and NaN are gaps.
         rate : float [Hz]
+            Sample rate.
         unit : str
-            Unit of the samples, e.g. "deg/s", "g", "V", "LSB"; "unknown" if nobody knows.
+            Unit of the samples, e.g. "deg/s", "g", "V", "LSB"; "unknown" for an unknown one.
         names : str or sequence of str, optional
+            Names of the channels.
         sampling : "mean" or "point"
-            See `Channel`.
+            Whether a sample is a mean or a point value, see `Channel`.
         aperture : float, optional [s]
+            Averaging time within a sample.
         scale_factor : str, optional
             E.g. ``"24.0 mV/(deg/s)"`` for a gyro read by a voltmeter; see `Channel.of`.
         start : int, optional [ns]
@@ -491,6 +495,7 @@ class Recording:
         Parameters
         ----------
         spans : mapping of channel name to array_like, shape (n_spans, 2)
+            Spans of samples to mark as missing, by channel.
         reason : str
             Goes into the history.
         """

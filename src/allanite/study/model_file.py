@@ -56,7 +56,7 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
     -------
     models : dict of str to NoiseModel
     rate : float or None [Hz]
-        Of the recording that was studied, or as the other program's file has it.
+        Sample rate of the recording that was studied, or as stated by the file of another program.
 
     Raises
     ------
@@ -134,7 +134,9 @@ def save_models(
     Parameters
     ----------
     models : mapping of channel name to NoiseModel, or to the plain data of one
+        Models to save.
     path : path
+        File to write.
     force : bool
         Replace a file that is there.
 

@@ -48,11 +48,11 @@ class Provenance(Result):
     created : str
         UTC.
     source : str
-        Of the record.
+        Name of the record.
     sha256 : str or None
-        Of its file.
+        SHA-256 of its file.
     command : str or None
-        As it was typed.
+        Command as typed.
     """
 
     allanite: str

@@ -51,13 +51,13 @@ class MissingSamples(Result):
     Attributes
     ----------
     reason : str
-        As the recorder noted it.
+        Reason as the recorder noted it.
     gaps : int or None
-        None for samples that are there without a value.
+        Number of gaps; None for samples that are present without a value.
     samples : int
-        In all gaps.
+        Missing samples in all gaps.
     first, longest : int or None [samples]
-        Where the first gap begins, and the length of the longest.
+        Start of the first gap, and length of the longest.
     """
 
     reason: str
@@ -74,13 +74,13 @@ class StudiedRecord(RecordFacts):
     Attributes
     ----------
     start : str or None
-        Of the first sample, UTC (ISO 8601).
+        Time of the first sample, UTC (ISO 8601).
     missing : int
         Samples that are missing.
     gaps : tuple of (int, int) [samples]
         Their runs, half-open, at most 100.
     missing_because : tuple of MissingSamples
-        Of a recorded run, one entry for each reason.
+        Missing samples of a recorded run, one entry for each reason.
     """
 
     start: str | None
@@ -96,9 +96,9 @@ class FloorRecord(RecordFacts):
     Attributes
     ----------
     source : str
-        Where it was read from.
+        Origin of the record of the instrument.
     findings : tuple of Finding
-        What was found in it.
+        Findings about the record of the instrument.
     """
 
     source: str
@@ -148,9 +148,9 @@ class SlopeReading(Result):
     symbol : str
         Q, N, B, T, K or R.
     value : float [SI]
-        NaN where the curve has no such slope.
+        Value of the reading; NaN if the curve has no such slope.
     note : str
-        Where it was read.
+        Place of the reading on the curve.
     """
 
     symbol: str
@@ -183,11 +183,11 @@ class ChannelFloor(Result):
     Attributes
     ----------
     curve : ChannelCurve
-        Of the instrument.
+        Curve of the instrument.
     share : ndarray, shape (n,)
         Part of the measured variance that it makes, at each lag of `sensor`.
     sensor : SensorCurve
-        What is left.
+        Curve of the sensor alone, without the instrument.
     """
 
     curve: ChannelCurve
@@ -214,9 +214,9 @@ class Aliasing(Result):
     Attributes
     ----------
     aperture, interval : float [s]
-        Of a sample.
+        Averaging time within a sample, and sample interval.
     factor : float
-        √(interval/aperture), by which N reads too large; nothing is divided by it.
+        √(interval/aperture), by which N reads too large; no result is divided by it.
     """
 
     aperture: float
@@ -264,30 +264,31 @@ class ChannelStudy(ChannelModels):
     Attributes
     ----------
     mean, sd : float [SI unit of the channel]
-        Of the samples.
+        Mean and standard deviation of the samples.
     overview : BlockExtremes
-        For the picture of the record.
+        Extremes of blocks, for the figure of the record.
     curve : ChannelCurve
-        As measured, and which lags were fitted.
+        Measured curve, and which lags were fitted.
     spectrum : Spectrum
-        With its lines.
+        Spectrum with its lines.
     slopes : tuple of SlopeReading
         The reading by slopes of the seed paper, for comparison.
     no_slopes : str
         Why there is none, "" where there is one.
     advice : tuple of Advice
-        How long to record.
+        Record lengths that would resolve more terms.
     environment : EnvironmentFacts or None
-        Where a temperature or a warm-up was looked at: `curve`, `models`, `spectrum` and `overview` are those of the
+        Temperature and warm-up, if examined: `curve`, `models`, `spectrum` and `overview` are then those of the
         residual.
     aliasing : Aliasing or None
-        Where an aperture is shorter than the interval.
+        Excess of N by aliasing, if an aperture is shorter than the interval.
     held : HeldSamples or None
-        Where the log repeats values and each was taken once: the rest is that of the values.
+        Repeated values, if the log holds each value for several samples and each was used once: the other results are
+        those of the values.
     contamination : Contamination or None
-        Where the white noise is contaminated.
+        Contamination of the white noise, if there is any.
     floor : ChannelFloor or None
-        Where the instrument's own noise is removed: `models` are those of the sensor without it.
+        Noise of the instrument, if it was removed: `models` are then those of the sensor without it.
     """
 
     mean: float

@@ -56,11 +56,11 @@ class Study(Result):
     Attributes
     ----------
     provenance : Provenance
-        What made it, and when.
+        Program, command and time that made the study.
     recording : StudiedRecord
         The record.
     findings : tuple of Finding
-        What was found in it, the worst first.
+        Findings about the record, the worst first.
     channels : tuple of ChannelStudy
         Those that bear noise.
     floor : FloorRecord or None
@@ -182,6 +182,7 @@ def characterize(
     Parameters
     ----------
     recording : Recording
+        Recording of the sensor at rest.
     accept : collection of str
         Codes of fatal findings to go on in spite of.
     method : "moments" or "likelihood"
@@ -189,19 +190,22 @@ def characterize(
         two Gauss-Markov terms where one does not explain the record, and needs no unbroken stretches where samples are
         missing. It knows nothing of `temperature`, of a modelled warm-up, of `floor` and `exclude`.
     statistic : str
-        Of the curve that is shown; the fit always uses oadev.
+        Statistic of the displayed curve; the fit always uses oadev.
     taus : "octave", "decade", "all", int or array_like [s]
+        Averaging times of the curve.
     confidence : float
+        Confidence level of the intervals.
     temperature : str or mapping of channel to str, optional
         Thermometer, one for all channels or one for each, whose effect is removed where the record resolves it.
     warm_up : "model", "cut" or None
-        What to do about a warm-up; with a temperature it is looked for in any case, and told.
+        Treatment of a warm-up; with a temperature it is always tested and reported.
     floor : Recording, optional
-        Of the instrument alone, its input shorted, with the settings of `recording`: the models are those of the
+        Record of the instrument alone with a shorted input and the settings of `recording`: the models are those of the
         sensor without it (`allanite.fitting.instrument_floor`).
     exclude : sequence of (float, float) [s]
-        Averaging times, from and to, that are left out of the fit by hand; the curve says so.
+        Averaging times, from and to, to leave out of the fit; the curve states them.
     threads : int, optional
+        Number of threads.
     progress : callable, optional
         Called with the fraction done and what is being done.
     provenance : mapping, optional

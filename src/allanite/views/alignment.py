@@ -112,7 +112,7 @@ def _heading(attitude: LevelledAttitude, name: str) -> _Line:
 
 def _level(name: str, value: float, half: float) -> _Line:
     if not math.isfinite(half):
-        return name, "–", "not told from the heading: the nose points up or down", ""
+        return name, "–", "not separable from the heading: the nose points up or down", ""
     middle, low, high = interval(*(v / DEG for v in (value, value - half, value + half)))
     return name, f"{middle}°", f"{low}° to {high}°", ""
 
@@ -121,7 +121,7 @@ def _horizontal(result: AlignmentEstimate) -> _Line:
     """The horizontal rate beside that of the Earth."""
     rate, expected = result.horizontal_length, f"{number(result.expected_rate / DEG_H, 4)} deg/h"
     if not rate.resolved:
-        return "horizontal rate", "–", "not told from the biases", expected
+        return "horizontal rate", "–", "not separable from the biases", expected
     middle, lower, upper = interval(*(v / DEG_H for v in (rate.value, rate.lower, rate.upper)))
     return "horizontal rate", f"{middle} deg/h", f"{lower} to {upper}", expected
 
@@ -157,7 +157,7 @@ def _pictures(result: AlignmentEstimate) -> dict[str, tuple[str, str]]:
 
 def _record(result: AlignmentEstimate, axes: str) -> Iterator[PageBlock]:
     yield from table(
-        ("Gyro", "Bias, deg/h", "Standard deviation", "Known before to", "Determined"),
+        ("Gyro", "Bias, deg/h", "Standard deviation", "Prior sd", "Determined"),
         [(name, *_bias(bias)) for name, bias in result.biases.items()],
         caption="Gyro biases from the fit.",
     )
@@ -205,11 +205,11 @@ def _stands(result: AlignmentEstimate) -> list[PageBlock]:
 
 def _bias(bias: Bias) -> tuple[str, str, str, str]:
     """Value, standard deviation, what was known before [deg/h], and what determines it."""
-    before = number(bias.before / DEG_H, 3) if math.isfinite(bias.before) else "nothing"
+    before = number(bias.before / DEG_H, 3) if math.isfinite(bias.before) else "unknown"
     if not math.isfinite(bias.value + bias.sd):
-        return "–", "–", before, "not told from the Earth"
+        return "–", "–", before, "not separable from the Earth"
     value, sd = bias.value / DEG_H, bias.sd / DEG_H
-    by = "partly by the record" if bias.sd < _PARTLY * bias.before else "as it was known before"
+    by = "partly by the record" if bias.sd < _PARTLY * bias.before else "not by the record"
     if bias.separable:
         by = "by the record"
     return interval(value, value - sd, value + sd)[0], number(sd, 2), before, by
@@ -229,7 +229,7 @@ def _naive(result: AlignmentEstimate) -> str:
         f"{_degrees(naive.heading, 1)}, with {naive.rate / DEG_H:.2f} deg/h: the plain mean of the first "
         f"{duration(naive.duration)}"
     )
-    return f"{words}; {'not to be used' if naive.flagged else 'it agrees'}"
+    return f"{words}; {'not to be used' if naive.flagged else 'agrees'}"
 
 
 def _stood(result: AlignmentEstimate) -> str:

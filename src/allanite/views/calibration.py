@@ -55,7 +55,7 @@ _SCATTERED = {"m/s²": ("mg", _MG), "rad/s": ("deg/h", DEG_H), "rad": ("mrad", 1
 _GRAVITY = {
     "given": "as given",
     "latitude": "by latitude and height",
-    "standard": "standard gravity, nothing given",
+    "standard": "standard gravity, none given",
 }
 _RESTS = {"found": "found in the signal", "given": "as given", "rows of means": "rows of means"}
 
@@ -92,7 +92,7 @@ def view(document: ResultDocument[CalibrationEstimate]) -> Page:
             "verdict": ("Verdict", [*_verdict(result)]),
             "parameters": ("Parameters", [*_parameters(result)]),
             "positions": ("Positions", _positions(result)),
-            "residuals": ("What the calibration leaves", _residuals(result)),
+            "residuals": ("Residuals", _residuals(result)),
             "log": ("The log", _log(document)),
             "checks": ("Checks", [*_checks(document)]),
             "findings": ("Findings", findings_of(document)),
@@ -121,12 +121,12 @@ def _verdict(result: CalibrationEstimate) -> Iterator[PageBlock]:
             (Cell(text=capitalised(names)), Cell(text=capitalised(words or "–"), look="words"))
             for names, words in _open(result)
         ],
-        caption="What these positions leave open: its value and interval are what was assumed, or little better.",
+        caption="Not determined by these positions: value and interval are those assumed, or little better.",
     )
     yield from table(
         _position_heads(result),
         [_position(p, result) for p in result.positions if p.outlier or not p.used],
-        caption="Positions that contradict the others, or took no part.",
+        caption="Positions that contradict the others or were not used.",
     )
     yield from (Text(sentence(words), note=True, brief=True) for words in result.notes)
 
@@ -186,15 +186,15 @@ def _parameters(result: CalibrationEstimate) -> Iterator[PageBlock]:
     yield from drawn(
         "parameters-figure",
         result,
-        "Every parameter with its interval. The bar of what is only assumed may run out of the frame.",
+        "Parameters with their intervals. The bar of an assumed value may extend beyond the frame.",
         "Parameters of each triad with their intervals.",
         view="parameters",
     )
     yield from drawn(
         "correlation",
         result,
-        "Correlations: two parameters that the positions hardly tell apart are large squares. A program that takes the "
-        "calibration needs them as well as the intervals.",
+        "Correlations. A large square marks two parameters that the positions hardly separate. A program that uses the "
+        "calibration needs the correlations as well as the intervals.",
         "Matrix of the correlations of the estimated parameters.",
         view="correlation",
     )
@@ -257,16 +257,16 @@ def _largest(rate: Array | None, sd: Array | None) -> str:
 
 def _positions(result: CalibrationEstimate) -> list[PageBlock]:
     caption = (
-        "Each static span; ± one standard deviation by noise and scatter. Misfit: distance from what all others "
-        "predict, in standard deviations."
+        "Each static span; ± one standard deviation of noise and scatter. Misfit: distance from the prediction of all "
+        "others, in standard deviations."
     )
     lines = [_position(p, result) for p in result.positions]
     return [
         *drawn(
             "sphere",
             result,
-            "Which way was up at each position, in the axes of the sensor. Biases and scale factors need positions on "
-            "opposite sides, misalignments need some between the axes.",
+            "Direction of up at each position, in sensor axes. Biases and scale factors need positions on opposite "
+            "sides; misalignments need some between the axes.",
             f"Positions on a sphere: {_used(result)}.",
             view="sphere",
         ),
@@ -275,20 +275,20 @@ def _positions(result: CalibrationEstimate) -> list[PageBlock]:
 
 
 def _residuals(result: CalibrationEstimate) -> list[PageBlock]:
-    heads = ("Turn", "Angle", "Left of it", "Misfit", "")
+    heads = ("Turn", "Angle", "Residual", "Misfit", "")
     return [
         *drawn(
             "residuals-figure",
             result,
-            "What the calibrated sensors read too much at each position, with the band that noise and scatter allow.",
+            "Residuals of the calibrated sensors at each position, with the band that noise and scatter allow.",
             "Residuals of the positions and turns, by the number of the position.",
             view="residuals",
         ),
         *table(
             ("Observed", "Scatter over noise", "Added to the noise"),
             [(s.what, number(s.ratio, 3), _added(s, result.duration)) for s in result.scatter],
-            caption="Scatter beyond the noise (a hand, a table that gives way, a rest that was not one) is added to "
-            "it, and widens every interval.",
+            caption="Scatter beyond the noise (a hand, a soft table, motion at rest) is added to it and widens every "
+            "interval.",
         ),
         *_folded("All turns", heads, [_turn(t) for t in result.turns], "Turns between positions."),
     ]
@@ -308,8 +308,8 @@ def _added(scatter: ObservationScatter, seconds: float) -> str:
     known = max(seconds, 0.0) if math.isfinite(seconds) else 0.0
     drift = scatter.walk * math.sqrt(known)  # of a random walk, over the record
     parts = [f"{number(scatter.sd / size, 2)} {unit}"] if scatter.sd else []
-    parts += [f"a drift of {number(drift / size, 2)} {unit} over the record"] if drift else []
-    return " and ".join(parts) or "nothing"
+    parts += [f"drift of {number(drift / size, 2)} {unit} over the record"] if drift else []
+    return " and ".join(parts) or "none"
 
 
 # -- the rest ---------------------------------------------------------------------------------------------
@@ -320,7 +320,7 @@ def _log(document: ResultDocument[CalibrationEstimate]) -> list[PageBlock]:
     return drawn(
         "log-figure",
         document.result,
-        "The log: what is at rest is shaded and numbered. Above one, the motion is more than noise.",
+        "The log, with its static spans shaded and numbered. Above 1, the motion exceeds the noise.",
         f"Log with its static spans: {_used(document.result)}.",
         view="log",
         recording=document.overviews,
@@ -329,7 +329,7 @@ def _log(document: ResultDocument[CalibrationEstimate]) -> list[PageBlock]:
 
 def _checks(document: ResultDocument[CalibrationEstimate]) -> Iterator[PageBlock]:
     caption = (
-        "Questions put to what the calibration leaves. Chance: of so large a value if the answer is yes."
+        "Checks of the residuals. Chance: the probability of so large a value if the calibration is right."
     )
     yield from checks_table(check_wordings(document.result.checks), caption)
     yield pairs([*_facts(document)])
@@ -348,7 +348,7 @@ def _facts(document: ResultDocument[CalibrationEstimate]) -> Iterator[tuple[str,
     triad = "accelerometers" if ACCELEROMETER in result.sensors else "gyros"
     yield "Body", f"{result.calibration.frame} axis of the {triad}"
     own_words = {
-        CalibrationNoise.RECORD: "of this record",
+        CalibrationNoise.RECORD: "from this record",
         CalibrationNoise.GIVEN: document.model_name or "given",
     }
     yield "Noise", own_words.get(result.model_source, str(result.model_source))
@@ -361,8 +361,8 @@ def _earth(result: CalibrationEstimate) -> str:
         return ""
     known = f"{number(earth.expected / DEG_H, 4)} deg/h"
     if not math.isfinite(earth.length + earth.length_sd):
-        return f"not seen; expected {known}"
-    use = "used for the scale factors" if earth.resolved else "seen too weakly to be used"
+        return f"not measured; expected {known}"
+    use = "used for the scale factors" if earth.resolved else "too uncertain to be used"
     return f"{_with_sd(earth.length, earth.length_sd, DEG_H)} deg/h (1 sd), expected {known}: {use}"
 
 
@@ -371,30 +371,30 @@ def _temperature(document: ResultDocument[CalibrationEstimate]) -> str:
     channels = () if document.recording is None else document.recording.channels
     unit = next((f" {c.unit}" for c in channels if c.kind.value == "temperature"), "")
     words = "" if span is None else f"{number(span[0], 3)} to {number(span[1], 3)}{unit}"
-    return words + ("" if reference is None else f"; the biases are those at {reference:g}{unit}")
+    return words + ("" if reference is None else f"; the biases apply at {reference:g}{unit}")
 
 
 def _method(result: CalibrationEstimate) -> list[PageBlock]:
     blocks: list[PageBlock] = [
         Text(
-            "What three axes show of a true vector x: scale factors S, misalignments E, biases b, noise n; of gyros "
-            "also what the specific force f adds to the biases, where they are seen to follow it."
+            "Output of three axes for a true vector x: scale factors S, misalignments E, biases b, noise n; the term "
+            "of the specific force f is for gyros whose biases follow it."
         ),
         *equation("triad"),
     ]
     if ACCELEROMETER in result.sensors:
         blocks += [
             Text(
-                "At rest the accelerometers feel gravity, of known length and unknown direction. Each position is one "
-                "equation for the parameters, and two for its own attitude:"
+                "At rest the accelerometers measure gravity, with known magnitude and unknown direction. Each position "
+                "gives one equation for the parameters, and two for its attitude:"
             ),
             *equation("rest"),
         ]
     if GYRO in result.sensors:
         blocks += [
             Text(
-                "The gyros turn with the Earth at rest, and between two rests they must turn the one direction of "
-                "gravity into the other; the latter gives their scale factors and misalignments, in the axes of the "
+                "At rest the gyros turn with the Earth. Between two rests the integrated rates must turn one direction "
+                "of gravity into the other, which gives the gyro scale factors and misalignments in the axes of the "
                 "accelerometers:"
             ),
             *equation("earth_at_rest", "turned_triad"),
@@ -402,10 +402,10 @@ def _method(result: CalibrationEstimate) -> list[PageBlock]:
     return [
         *blocks,
         Text(
-            "All parameters and attitudes are fitted together, by generalized least squares in the noise of the model: "
-            "its drift goes on from one position to the next. A parameter is called observable by the singular values "
-            "of that fit, not by the number of positions. What is not keeps its nominal value, with what was assumed "
-            "of it as its interval, and takes part in the correlations."
+            "One generalized least-squares fit gives all parameters and attitudes, with the noise of the model: its "
+            "drift continues from one position to the next. The singular values of the fit decide which parameters are "
+            "observable, not the number of positions. The others keep their nominal values, with the assumed interval, "
+            "and are part of the correlations."
         ),
         *equation("least_squares"),
         Text(_frame(result)),
@@ -419,7 +419,7 @@ def _method(result: CalibrationEstimate) -> list[PageBlock]:
 def _frame(result: CalibrationEstimate) -> str:
     which = "accelerometers" if ACCELEROMETER in result.sensors else "gyros"
     axis, other = ("z", "y and z") if result.calibration.frame == "z" else ("x", "x and y")
-    return f"The body: its {axis} axis is that of the {which}, and their y axis lies in its plane of {other}."
+    return f"Body axes: {axis} is the {axis} axis of the {which}, whose y axis lies in the body's plane of {other}."
 
 
 def rows(result: CalibrationEstimate) -> Iterator[dict[str, object]]:

@@ -26,13 +26,13 @@ _NAMES = {"bias_stability": "bias stability (1 σ)"}
 _LOOKS = {StatementVerdict.MEETS: Tone.GOOD, StatementVerdict.FAILS: Tone.FATAL}
 _HEADS = ("Statement", "Data sheet", "Measured, 95 % interval", "Ratio", "Verdict")
 _PICTURES = {
-    "curves": "Allan deviation, measured and as the data sheet states it.",
-    "ratio": "Measured over stated, with the 95 % interval of the measurement.",
+    "curves": "Allan deviation, measured and stated by the data sheet.",
+    "ratio": "Ratio of measured to stated, with the 95 % interval of the measurement.",
 }
 _METHOD = (
-    "Each statement is held against the interval of the same quantity: it is met where the whole interval lies at or "
-    "below the stated value, not met where it lies above, and not resolved where the stated value is inside. A minimum "
-    "of the Allan deviation is measured at the lag where the fitted model has its own."
+    "Each statement is compared with the measured interval of the same quantity. It is met if the whole interval is at "
+    "or below the stated value, not met if the interval is above, and not resolved if the interval contains the stated "
+    "value. A minimum of the Allan deviation is measured at the lag of the minimum of the fitted model."
 )
 _IEEE_952 = (
     "IEEE Std 952-1997, “Specification format guide and test procedure for single-axis interferometric fiber optic "

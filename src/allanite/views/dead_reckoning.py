@@ -41,15 +41,15 @@ _PICTURES = {
 }
 _METHOD = (
     (
-        "The covariance of the linear error model of a level navigator at rest on the rotating ellipsoid, Schuler’s "
-        "and Foucault’s oscillation included, driven by each noise term as an exact process: nothing is stepped. "
-        "Flicker is the sum of Gauss-Markov states that the filter uses, from a sample to five times the whole length; "
-        "the constant level that it has besides belongs to the turn-on bias. The axes are independent."
+        "Covariance of the linear error model of a level navigator at rest on the rotating ellipsoid, with Schuler and "
+        "Foucault oscillations. Each noise term drives it as an exact process, without time steps. Flicker is the sum "
+        "of Gauss-Markov states that the filter uses, from one sample to five times the whole length; its constant "
+        "level belongs to the turn-on bias. The axes are independent."
     ),
     (
-        "Each parameter of a noise model makes a part of the variance, whose ends follow from its own interval; the "
-        "distances of the ends add as the estimates correlate. What the record does not resolve has an upper limit "
-        "only, and enters the upper end."
+        "Each parameter of a noise model contributes a part of the variance, and its interval gives the ends of that "
+        "part; the distances to the ends add with the correlations of the estimates. A term that the record does not "
+        "resolve has only an upper limit, and enters the upper end."
     ),
 )
 _REFERENCES = (
@@ -65,13 +65,13 @@ def view(document: ResultDocument[DeadReckoning]) -> Page:
     """The page of a budget of dead reckoning."""
     result = document.result
     captions = {
-        name: f"{BUDGET_QUANTITIES[quantity][0]} over time: all sources together, and those that matter most."
+        name: f"{BUDGET_QUANTITIES[quantity][0]} error over time: the total and its largest sources."
         for name, quantity in _PICTURES.items()
         if quantity in _quantities(result)
     }
     return result_page(
         document,
-        title="Dead reckoning: what the noise costs",
+        title="Dead-reckoning error",
         kicker="Error budget",
         facts=[
             ("Length", duration(result.duration)),
@@ -106,9 +106,8 @@ def _errors(result: DeadReckoning) -> Iterator[PageBlock]:
     yield Text(sentence(result.says), brief=True)
     wanted = _quantities(result)
     caption = (
-        f"One standard deviation; in brackets the {100 * result.confidence:g} % interval that those of the models' "
-        "parameters leave. The horizontal ones and the tilt are roots of the sum of the variances along (about) north "
-        "and east."
+        f"One standard deviation; in brackets the {100 * result.confidence:g} % interval that follows from those of "
+        "the noise models. Horizontal errors and tilt combine the north and east components (root sum of squares)."
     )
     lines = [
         (duration(time), *(_cell(result, result, at, q) for q in wanted))
@@ -176,12 +175,12 @@ def _cell(result: DeadReckoning, part: DeadReckoning | Source, at: int, quantity
 def _rest(result: DeadReckoning) -> str:
     """How long the unit rested before, and what became of the vertical accelerometer's bias."""
     if result.rest is None:
-        return "not"
+        return "no"
     return f"{duration(result.rest)}; vertical accelerometer bias {'removed' if result.vertical else 'kept'}"
 
 
 def _height(result: DeadReckoning) -> str:
-    return "held by something else" if result.held else "unaided"
+    return "aided" if result.held else "unaided"
 
 
 def _facts(result: DeadReckoning) -> list[tuple[str, str]]:
@@ -196,8 +195,8 @@ def _facts(result: DeadReckoning) -> list[tuple[str, str]]:
         ("Heading of the x axis", angle(result.heading)),
         ("At rest before", _rest(result)),
         ("Height", _height(result)),
-        ("Wrong at the start", ", ".join(stated) or "nothing"),
-        ("Samples", f"{number(result.rate)} Hz"),
+        ("Initial errors", ", ".join(stated) or "none"),
+        ("Sample rate", f"{number(result.rate)} Hz"),
         *((f"Noise of {name or 'the sensor'}", model_words(model)) for name, model in result.models.items()),
     ]
 

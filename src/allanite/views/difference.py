@@ -19,17 +19,17 @@ from allanite.views.wording.study import COLUMNS, column_of, reading, shown_symb
 __all__ = ["ratio_words", "rows", "view"]
 
 _METHOD = (
-    "The drift is the integral of the noise over a time less its mean before, taken over a time of rest; this exists "
-    "for every term. With a rest as long as the time itself it is √2 times the time times the Allan deviation there. "
-    "Intervals of the ratio are those of the fitted parameters, to first order in their logarithms; what was stated "
-    "and not fitted counts as exact."
+    "The drift is the integral of the noise over a time, after subtraction of its mean over a rest just before; it "
+    "exists for every term. With a rest as long as the time itself it is √2 times that time times the Allan deviation. "
+    "Intervals of the ratio follow from those of the fitted parameters, to first order in their logarithms; stated "
+    "parameters count as exact."
 )
 _GREENHALL = (
     "C. Greenhall, W. Riley, “Uncertainty of stability variances based on finite differences”, PTTI 2003."
 )
 _PICTURES = {
     "curves": "Allan deviation of both models.",
-    "drift": "What each adds up to over time, and their ratio after the times of the table.",
+    "drift": "Drift of each over time, and their ratio at the times of the table.",
 }
 
 
@@ -58,16 +58,16 @@ def _drift(result: Difference) -> Iterator[PageBlock]:
         yield Subheading(channel.name, brief=True)
         lines = [_drift_line(channel, pair) for pair in channel.drifts]
         yield from table(("Drift after", *result.names, "Ratio"), lines)
-    before = "as long" if result.rest is None else duration(result.rest)
+    before = "the same time" if result.rest is None else duration(result.rest)
     yield Text(
-        "Drift: standard deviation (1 σ) of the angle, or velocity, that the noise adds up to without help, the bias "
-        f"being its mean over {before} at rest just before. The interval of the ratio allows for terms that a record "
-        "does not show, up to their limits.",
+        "Drift: standard deviation (1 σ) of the angle or velocity error that the noise accumulates unaided, after the "
+        f"bias is removed as its mean over {before} at rest just before. The interval of the ratio includes terms that "
+        "a record does not resolve, up to their limits.",
         note=True,
         brief=True,
     )
     if result.unpaired:
-        yield Text(f"Only in one of them: {', '.join(result.unpaired)}.", brief=True)
+        yield Text(f"Only in one of the two: {', '.join(result.unpaired)}.", brief=True)
 
 
 def _drift_line(channel: ChannelDifference, pair: DriftPair) -> tuple[str, ...]:

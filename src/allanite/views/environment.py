@@ -183,7 +183,7 @@ def _facts(estimate: EnvironmentFacts) -> list[tuple[str, str]]:
     if estimate.hysteresis is not None:
         facts.append(("Hysteresis", _hysteresis_words(estimate, estimate.hysteresis)))
     facts.append(("Warm-up", _warm_up_words(estimate)))
-    source = "given" if estimate.model_given else "fitted beside the effects"
+    source = "given" if estimate.model_given else "fitted with the effects"
     facts.append(("Noise of the regression", f"{model_words(estimate.model)} ({source})"))
     return facts
 

@@ -50,7 +50,7 @@ def _verdict(document: ResultDocument[FilterEstimate]) -> Iterator[PageBlock]:
     result = document.result
     yield verdict_banner(result.verdict, result.reason)
     yield pairs([*_numbers(result)])
-    yield from table(("Innovations", "Found", "If the model holds"), [*_tests(result)])
+    yield from table(("Innovations", "Measured", "If the model holds"), [*_tests(result)])
     yield from advice(result.notes)
     yield pairs([("Noise", f"{document.model_name or 'given'}: {model_words(result.model)}")])
 
@@ -83,7 +83,7 @@ def _pictures(result: FilterEstimate) -> list[PageBlock]:
     name = result.channel
     captions: dict[str, str | tuple[str, str]] = {
         "series": (
-            "Measured samples, and the same without the drift: lowest and highest value of each block.",
+            "Samples as measured and without the drift: lowest and highest value of each block.",
             f"{name} before and after the filter.",
         ),
         "drift": (
@@ -91,11 +91,11 @@ def _pictures(result: FilterEstimate) -> list[PageBlock]:
             f"Drift of {name} with its band.",
         ),
         "terms": (
-            "What the drift is made of: each slow term of the model, and the level as it becomes known.",
+            "Components of the drift: each slow term of the model, and the estimated level.",
             f"Slow terms of {name} against time.",
         ),
         "whiteness": (
-            "Correlation of the innovations at short lags. Inside the band they are as white as the model says.",
+            "Correlation of the innovations at short lags. Inside the band they are white, as the model predicts.",
             "Correlation of the innovations against lag.",
         ),
     }
@@ -109,9 +109,9 @@ def _method(document: ResultDocument[FilterEstimate]) -> list[PageBlock]:
         Text("Every noise term of the model is a state, discretized exactly at the sample interval:"),
         *equation("state_space"),
         Text(
-            "The filter starts without knowing the level (exact diffuse start), predicts over missing samples, and "
-            "subtracts the sum of the slow states. If the model holds, the innovations are independent with the "
-            "variances S that the filter states; their size and their whiteness are tested:"
+            "The filter starts with an unknown level (exact diffuse start), predicts over missing samples, and "
+            "subtracts the sum of the slow states. If the model holds, the innovations are independent, with the "
+            "variances S that the filter states. Their size and whiteness are tested:"
         ),
         *equation("nis"),
         pairs(

@@ -16,11 +16,11 @@ from allanite.views.wording import sentence
 __all__ = ["rows", "view"]
 
 _METHOD = (
-    "Curves of noise that the record does not contradict are drawn from the likelihood of the whole measured curve, "
-    "with all terms of the family, also those that the record does not show. A band that the stated share of them "
-    "stays below everywhere at once is covered by the sum of terms with the least mean excess; no term is smaller than "
-    "in the fit. Beyond the record a bound is an extrapolation of what the record cannot exclude. The probability is "
-    "that of each channel by itself."
+    "Noise curves that the record does not contradict are drawn from the likelihood of the whole measured curve, with "
+    "all terms of the family, including those that the record does not resolve. The stated share of them stays below a "
+    "simultaneous band. The bound is the sum of terms above that band with the least mean excess; no term is smaller "
+    "than in the fit. Beyond the record a bound extrapolates what the record cannot exclude. The probability applies "
+    "to each channel separately."
 )
 _REFERENCES = (
     (
@@ -30,8 +30,8 @@ _REFERENCES = (
     "J. Goodman, J. Weare, “Ensemble samplers with affine invariance”, Comm. App. Math. Comp. Sci. 5 (2010) 65.",
 )
 _PICTURES = {
-    "curves": "Measured Allan deviation, the fitted model, and the bound above the sensor.",
-    "inflation": "How many times the fitted deviation the bound is.",
+    "curves": "Measured Allan deviation, fitted model, and bound.",
+    "inflation": "Ratio of the bound to the fitted deviation.",
 }
 
 
@@ -56,7 +56,7 @@ def view(document: ResultDocument[Bounds]) -> Page:
 
 def _bound(channel: BoundedChannel) -> Iterator[PageBlock]:
     yield Subheading(channel.name, brief=True)
-    yield Text(f"{sentence(channel.inflation.promise)} {sentence(channel.inflation.extent)}", brief=True)
+    yield Text(f"{sentence(channel.inflation.promise)} It is {channel.inflation.extent}.", brief=True)
     yield from table(
         ("Term", "Fitted", "Bound", "Inflation"), [_line(channel, term) for term in channel.terms()]
     )

@@ -30,7 +30,7 @@ def view(document: ResultDocument[Plan]) -> Page:
         facts=[
             ("Goal", result.amount(result.goal)),
             ("Latitude", angle(result.latitude)),
-            ("Lost at each turn", f"{result.dead_time:g} s"),
+            ("Time lost per turn", f"{result.dead_time:g} s"),
             ("Positions", str(result.positions)),
             ("Axes", str(result.axes)),
         ],
@@ -71,7 +71,7 @@ def _verdict(document: ResultDocument[Plan]) -> Iterator[PageBlock]:
         yield pairs([(name, _stated(result, value)) for name, value in result.budget.items()], brief=False)
     yield pairs(
         [
-            ("Lost at each turn", f"{result.dead_time:g} s"),
+            ("Time lost per turn", f"{result.dead_time:g} s"),
             ("Latitude", angle(result.latitude)),
             ("Noise", f"{document.model_name or 'given'}: {model_words(result.model)}"),
         ]

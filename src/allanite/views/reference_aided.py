@@ -29,17 +29,17 @@ from allanite.views.wording import DEG_H, model_words
 __all__ = ["READINGS", "aided_banner", "aided_table", "view"]
 
 _AIDED = (
-    "This is no measurement. The filter was told the rate: where the samples are read as they come, every unit that is "
-    "typed in moves the mean of the corrected samples by the share in the last column, whatever the sensor saw."
+    "This is not a measurement. The filter was given the rate: in unsigned samples the mean of the corrected samples "
+    "follows that rate by the share in the last column, whatever the sensor measured."
 )
 _UNSIGNED = (
-    "Unsigned: the mean of the corrected samples as they come. It moves with the reference by the share in the last "
-    "column, whatever the sensor saw; from a minute on that is all but one to one."
+    "Unsigned: the mean of the corrected samples as recorded. It follows the reference by the share in the last "
+    "column, whatever the sensor measured; from a minute on this is almost 100 %."
 )
 _DEMODULATED = (
-    "Demodulated: reference and samples are taken with the sign of the heading. Then the reference counts less the "
-    "longer the record is, and the sensor decides the rest. The rest is no mean of the samples, but what the filter "
-    "leaves of them: it takes part of the alternating signal for flicker, so the Earth comes out too small."
+    "Demodulated: reference and samples have the sign of the heading. The longer the record, the less the reference "
+    "counts; the sensor gives the rest. That rest is biased: the filter removes part of the alternating signal as "
+    "flicker, so the Earth rate reads too small."
 )
 READINGS = (_UNSIGNED, _DEMODULATED)
 """The two ways in which the seed paper's filtered takes can be read."""
@@ -68,9 +68,9 @@ def aided_banner() -> PageBlock:
 
 
 def aided_table(readings: Iterable[AidedMeans], caption: str = "") -> list[PageBlock]:
-    """What was told, and what came back."""
+    """The given rate, and the means of what the filter made of it."""
     heads = (
-        "Reading", "Told, deg/h", "Raw mean, deg/h", "Corrected mean, deg/h", "Follows what it was told by",
+        "Reading", "Given, deg/h", "Raw mean, deg/h", "Corrected mean, deg/h", "Follows the given rate by",
     )  # fmt: skip
     return table(heads, [_line(reading) for reading in readings], caption=caption)
 
@@ -86,7 +86,7 @@ def _verdict(result: AidedTake) -> Iterator[PageBlock]:
     yield from aided_table(result.readings)
     yield from bullets(READINGS, brief=False)
     yield from advice(result.notes)
-    yield Text("The Earth rate is measured by `allanite earth-rate`, which is not told it.", brief=True)
+    yield Text("To measure the Earth rate, use `allanite earth-rate`: it needs no reference.", brief=True)
 
 
 def _pictures(result: AidedTake) -> Iterator[PageBlock]:
@@ -94,7 +94,7 @@ def _pictures(result: AidedTake) -> Iterator[PageBlock]:
         yield from drawn(
             f"aided-{reading.reading}",
             replace(result, readings=(reading,)),
-            f"Read {reading.reading}: corrected samples and cumulative mean, beside the rate typed in.",
+            f"{reading.reading.capitalize()}: corrected samples and cumulative mean, with the given rate.",
             f"Corrected series and cumulative mean of the reference-aided filter, {reading.reading}.",
         )
 
@@ -102,13 +102,13 @@ def _pictures(result: AidedTake) -> Iterator[PageBlock]:
 def _method(result: AidedTake) -> list[PageBlock]:
     return [
         Text(
-            "The filter of the seed paper compares the sensor with a rate that is known and estimates what is slow in "
-            "the difference: the Gauss-Markov bias and the random walk."
+            "The filter of the seed paper compares the sensor with a known rate and estimates the slow part of the "
+            "difference: the Gauss-Markov bias and the random walk."
         ),
         *equation("seed_filter"),
         Text(
-            "It removes noise against a known input, which is what a rate table needs. Where the rate itself is the "
-            "question it is circular. The covariance update is done as (I − K H) P; the paper prints its inverse."
+            "It removes noise relative to a known input, as a rate table needs. If the rate itself is unknown, this is "
+            "circular. The covariance update is (I − K H) P; the paper prints its inverse."
         ),
         *([] if result.model is None else [pairs([("Its terms", model_words(result.model))], brief=False)]),
         References([SEED]),

@@ -426,7 +426,7 @@ def _longer(study: Study) -> Iterator[PageBlock]:
         for channel, each in asked
     ]
     if len(rows) > len(finite[:1]):  # the only one is stated already
-        listed = table(("Channel", "Term", "Whole record", "What it buys"), rows, brief=False)
+        listed = table(("Channel", "Term", "Whole record", "Benefit"), rows, brief=False)
         yield Details("Every channel and term", listed)
     if not rows:
         yield Text("Nothing to advise.")

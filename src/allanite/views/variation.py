@@ -91,7 +91,7 @@ def _change_row(channel: ChannelVariation, change: Change) -> tuple[str, ...]:
         channel.name,
         part_name(change.symbol),
         "from the first to the last sample" if change.time is None else str(change.time),
-        str(change.ratio) if change.ratio.resolved else "the windows do not tell",
+        str(change.ratio) if change.ratio.resolved else "not resolved",
         probability(change.p),
     )
 
@@ -109,7 +109,7 @@ def _pictures(result: Variation) -> Iterator[PageBlock]:
 
 def _lags(result: Variation) -> Iterator[PageBlock]:
     yield from table(
-        ("Channel", "Averaging", "Windows", "Least to largest", "Whole record", "Beyond chance", "Constant"),
+        ("Channel", "Averaging", "Windows", "Least to largest", "Whole record", "Significant", "Constant"),
         [_lag_row(channel, lag) for channel in result.channels for lag in _told(channel.lags)],
         caption="Each averaging time separately: chi-square of its windows with their exact covariance.",
     )

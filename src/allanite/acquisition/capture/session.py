@@ -45,26 +45,27 @@ def capture(
     Parameters
     ----------
     instrument : Instrument
-        Not yet opened.
+        Instrument, not yet opened.
     folder : path, or callable
-        Of the run; made if it is not there. A callable makes it of the identity of the instrument.
+        Folder of the run, created if necessary. A callable makes it from the identity of the instrument.
     duration : float, optional [s]
         Of the instrument's own time: so many samples at its rate, missing ones included. Where the instrument is silent
         or gone, the clock of the host ends the run, two seconds later. By default until `stop`.
     stop : Stop, optional
         Ends the run when it is asked.
     patience : Patience, optional
-        How long silence is borne.
+        Longest silence to tolerate.
     scale_date : str, optional
-        When the scale factors were determined.
+        Date of the scale factors.
     clock : HostClock, optional
+        Clock of the host.
     rotate_seconds : float [s]
         Length of a segment; see `LogStore.create`.
     progress : callable, optional
-        Told how it is going, some times a second at most.
+        Called with the progress, at most some times a second.
     happened : callable, optional
-        Told at once what happens besides samples: its kind ("lost", "silence", "reconnected", "remark", "facts", "gap",
-        "change", "clock", "disk") and its facts.
+        Called immediately for every event besides samples: its kind ("lost", "silence", "reconnected", "remark",
+        "facts", "gap", "change", "clock", "disk") and its facts.
 
     Raises
     ------

@@ -33,6 +33,7 @@ class Identity:
     Attributes
     ----------
     maker, model : str
+        Maker and model of the instrument.
     serial, firmware : str
         "" where the instrument does not tell.
     """
@@ -67,12 +68,12 @@ class Block:
     received_ns : int [ns]
         `host_ns` when the last sample was there.
     remarks : tuple of str
-        What went wrong on the wire, one sentence each; empty in the normal course.
+        Faults of the wire, one sentence each; normally empty.
     gap_uncertainty : float or None
-        Standard uncertainty of the last jump of the counter, before or in this block, where a clock has told how many
-        samples are missing [samples]; None where they were counted.
+        Standard uncertainty of the last jump of the counter, in this block or before it, if a clock gave the number of
+        missing samples [samples]; None if they were counted.
     facts : mapping
-        Companions of these samples that the instrument told on the way, e.g. its temperature before the first of them.
+        Facts that the instrument reported with these samples, e.g. its temperature before the first of them.
     """
 
     values: NDArray[np.float64]
@@ -104,13 +105,14 @@ class Instrument(Protocol):
     Attributes
     ----------
     channels : tuple of Channel
+        Channels of the instrument.
     rate : float [Hz]
         Nominal samples per second.
     settings : mapping
         Everything that was set, as read back from the instrument where it can be; complete after `open`. Other settings
         after a reconnection, or behind a block with remarks or facts, begin another part of the run.
     device : str
-        What must not be used by two at a time: the path of a port, an address. "" where there is none.
+        Resource that only one program may use at a time: the path of a port, an address. "" if there is none.
     """
 
     @property

@@ -43,15 +43,17 @@ class SimulatedInstrument:
     model : NoiseModel or mapping of channel name to NoiseModel
         Channels are independent.
     rate : float [Hz]
+        Sample rate.
     speed : float
         Times faster than time; infinity: as fast as one reads.
     seed : int
+        Seed of the noise.
     sampling, unit
-        As of `allanite.simulate`.
+        As for `allanite.simulate`.
     duration : float [s]
         Length of record for which flicker noise is made; longer ones are flat at lags beyond it.
     gather : float [s]
-        `read` gives at least what this time brings, so that blocks are not single samples.
+        Least time that `read` waits, so that blocks are longer than a sample.
 
     Raises
     ------
@@ -125,7 +127,7 @@ class SimulatedInstrument:
         Parameters
         ----------
         rate : float, optional [Hz]
-            By default that of the recording that was studied.
+            Sample rate; by default that of the studied recording.
 
         Raises
         ------

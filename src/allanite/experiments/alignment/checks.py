@@ -48,29 +48,29 @@ class AlignmentCheck(CheckResult):
             case AlignmentCheckKind.SIZE:
                 return size_words(self.ratio)
             case AlignmentCheckKind.STANDS:
-                causes = "leveling, turns, a bias that depends on attitude, misalignment, rest that was none"
+                causes = "leveling, turns, a bias that depends on attitude, misalignment, motion at rest"
                 return scatter_words("stands", self.ratio, f"an error changes from stand to stand ({causes})")
             case AlignmentCheckKind.VERTICAL:
                 return (
-                    "the vertical part of what the gyros show is not that of the Earth at this latitude: the biases "
-                    "are larger than was said, or scale factor, latitude or leveling are wrong"
+                    "the vertical part of the measured rotation is not the Earth's at this latitude: the biases are "
+                    "larger than stated, or scale factor, latitude or leveling are wrong"
                 )
             case AlignmentCheckKind.GRAVITY:
                 return (
-                    f"the calibrated accelerometers are off gravity by {1e3 * self.value / STANDARD_GRAVITY:.3g} mg: "
-                    "the calibration is not that of this sensor, or its biases have changed (state "
-                    "bias_repeatability, --accelerometer-bias), or latitude or height are wrong"
+                    f"the calibrated accelerometers differ from gravity by {1e3 * self.value / STANDARD_GRAVITY:.3g} "
+                    "mg: the calibration is of another sensor, its biases have changed (state bias_repeatability, "
+                    "--accelerometer-bias), or latitude or height are wrong"
                 )
             case AlignmentCheckKind.TURNS:
                 return (
-                    f"after the turns gravity is {math.degrees(self.value):.2g} deg from where the gyros say: scale "
-                    "factor, misalignment, or rest that was none; the azimuth of each turn is taken to be as uncertain"
+                    f"after the turns gravity is {math.degrees(self.value):.2g} deg from where the gyros predict: "
+                    "scale factor, misalignment, or motion at rest; the azimuth of each turn gets the same uncertainty"
                 )
             case AlignmentCheckKind.ACROSS:
                 causes = "scale factors that differ, misalignment, or an error that follows the rotation"
                 return scatter_words("two directions across the axis", self.ratio, causes)
             case AlignmentCheckKind.CONSTANCY:
                 return (
-                    "the Earth's rotation seems to grow through the record: the axis of rotation moved against the "
-                    "ground"
+                    "the Earth's rotation appears to grow during the record: the axis of rotation moved relative to "
+                    "the ground"
                 )

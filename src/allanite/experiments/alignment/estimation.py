@@ -92,19 +92,19 @@ def align(
     Parameters
     ----------
     recording : Recording
-        Of three gyros and three accelerometers.
+        Record of three gyros and three accelerometers.
     latitude : float [rad]
         Short of the poles, where heading is undefined.
     model : NoiseModel or mapping of str to NoiseModel, optional
-        Of the gyros at rest; or by channel, or by role: "gyro", "accelerometer". Where none is given for a triad its
-        noise is taken from the record, averaged over all that it allows.
+        Noise models of the gyros at rest; or by channel, or by role: "gyro", "accelerometer". If none is given for a
+        triad, its noise is estimated from the record, averaged over all models that the record allows.
     calibration : Calibration, optional
-        With its covariance. Without it scale factors and misalignments are nominal, the biases of the accelerometers
-        zero, and nothing is known of those of the gyros.
+        Calibration with its covariance. Without it, scale factors and misalignments are nominal, accelerometer biases
+        zero, and gyro biases unknown.
     height : float [m]
         Above the ellipsoid.
     axes : str
-        Where x, y and z of the sensor point: "FLU", "FRD", "RFU", ...
+        Directions of x, y and z of the sensor: "FLU", "FRD", "RFU", ...
     spans : StaticSpans or array_like, shape (n, 2) [samples], optional
         Stretches at rest; found in the record by default.
     headings : array_like, shape (n,), optional [rad]
@@ -115,16 +115,16 @@ def align(
         The unit turned about one axis all the time. Found by default: so where it was nowhere at rest, or where what
         looks like rest is an even rate of more than 5 deg/s.
     bias_repeatability : (float or None, float or None), optional [rad/s], [m/s^2]
-        Standard deviations of the biases of gyros and accelerometers from one switching-on to the next, added to those
-        of the calibration. Without either, nothing is known of the biases of the gyros.
+        Standard deviations of the biases of gyros and accelerometers from one power-on to the next, added to those of
+        the calibration. Without either, the gyro biases are unknown.
     stated : SetupUncertainty, optional
-        Of the scale factors of the gyros, the latitude, the levelling (tilt) and the mounting (heading).
+        Standard uncertainties of the gyro scale factors, the latitude, the leveling (tilt) and the mounting (heading).
     gyro, accelerometer : sequence of str, optional
         Channels x, y, z, where they do not follow from their kind.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     checkpoints : int
-        Of the running estimate.
+        Number of points of the running estimate.
     progress : callable, optional
         Called with the fraction done and what is being done.
 

@@ -45,11 +45,11 @@ class AlignmentPlan:
     attitudes : tuple of (float, float, float) [rad]
         Roll, pitch, heading of each position; of a rotation, that of the start.
     dwell : float [s]
-        In each position; of a rotation, all of it.
+        Time in each position; for a rotation, the whole time.
     turn : float [s]
-        From one position to the next.
+        Time from one position to the next.
     rate : float [rad/s]
-        Of a continuous rotation about the vertical, positive from north over east; 0: positions.
+        Rate of a continuous rotation about the vertical, positive from north to east; 0 for positions.
     """
 
     attitudes: tuple[tuple[float, float, float], ...]
@@ -99,12 +99,14 @@ def predict_alignment(
     Parameters
     ----------
     model : NoiseModel or mapping
-        Of the gyros; "gyro" and "accelerometer", or by channel of the calibration. Without one of the accelerometers
-        their noise is left out.
+        Noise models of the gyros; "gyro" and "accelerometer", or by channel of the calibration. Without one of the
+        accelerometers their noise is left out.
     plan : AlignmentPlan
+        Plan of the attitudes.
     latitude : float [rad]
+        Latitude of the place.
     rate : float [Hz]
-        Of the samples.
+        Sample rate.
     calibration, bias_repeatability, stated, axes
         As for `align`.
 

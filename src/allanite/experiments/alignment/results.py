@@ -483,7 +483,7 @@ class AlignmentEstimate(Result):
             case NoNorth.HIDDEN:
                 return words.something_hides(*rate)
             case NoNorth.TORN:
-                return f"{self.contradictions[0].says}; that leaves {self._left}"
+                return f"{self.contradictions[0].says}; this leaves {self._left}"
             case NoNorth.WEAK:
                 return f"{words.of_source(self.largest_source)[0]} {self._left}"
             case NoNorth.UNSEEN:

@@ -99,8 +99,8 @@ def align_rotating(
     tilt = math.acos(min(abs(float(up[2])), 1.0))
     if tilt > STEEPEST:
         raise DataQualityError(
-            f"the axis of rotation leans by {math.degrees(tilt):.0f} deg: the part of the Earth's rotation along it is "
-            "not seen, and the heading cannot be told; turn about an axis nearer to the vertical"
+            f"the axis of rotation is tilted by {math.degrees(tilt):.0f} deg, and the Earth's rotation along it cannot "
+            "be measured: there is no heading. Turn about an axis nearer to the vertical"
         )
     inflation = inflation_of(whole.checks)
     first = whole.attitude(0, setting, inflation)[0]

@@ -34,47 +34,45 @@ __all__ = [
 _EARTH = EARTH_RATE / DEG_H
 
 NOMINAL = (
-    "scale factors and misalignments are taken as nominal, and the biases of the accelerometers as zero: their errors "
-    "are not in the intervals"
+    "scale factors and misalignments are assumed nominal, and accelerometer biases zero: the intervals do not include "
+    "their errors"
 )
 NO_BIAS = (
-    "nothing is known of the biases of the gyros, and one attitude cannot show them: across the heading they are taken "
-    "to be no larger than the length and the vertical part of the rotation show them to be"
+    "the gyro biases are unknown, and one attitude cannot show them: across the heading they are assumed no larger "
+    "than the length and the vertical part of the measured rotation indicate"
 )
 REMARKS = {
     AlignmentRemark.TURN: (
-        "turn the unit by 180 deg about the vertical, or through several positions: that tells the biases from the "
-        "Earth"
+        "turn the unit by 180 deg about the vertical, or through several positions, to separate the biases from the "
+        "Earth's rotation"
     ),
     AlignmentRemark.CALIBRATE: (
-        "or calibrate the biases of the gyros (allanite calibrate) and say how well they repeat"
+        "or calibrate the gyro biases (allanite calibrate) and state how well they repeat"
     ),
-    AlignmentRemark.ROTATING: "if the unit turned all the time, say so (rotation=True, --rotating)",
-    AlignmentRemark.WARM_UP: (
-        "rest for longer in each position, and let the unit warm up; or take better gyros"
-    ),
-    AlignmentRemark.LONGER: "record for longer, or with gyros of less noise",
-    AlignmentRemark.FASTER: "turn faster, and rest for longer between the turns",
+    AlignmentRemark.ROTATING: "if the unit turned throughout, state it (rotation=True, --rotating)",
+    AlignmentRemark.WARM_UP: ("rest longer in each position and let the unit warm up, or use better gyros"),
+    AlignmentRemark.LONGER: "record longer, or use gyros with less noise",
+    AlignmentRemark.FASTER: "turn faster and rest longer between the turns",
     AlignmentRemark.DOUBT: (
-        "is this the right latitude, and do the gyros work? their axes may not see the ground turn"
+        "check the latitude and the gyros: their axes may not sense the Earth's rotation"
     ),
     AlignmentRemark.STATE_BIAS: "state how well the biases are known (bias_repeatability, --gyro-bias)",
 }
 HEADINGS = {
     False: (
-        "nothing says by how much the unit was turned from file to file, so that the last one alone is aligned: give "
-        "the heading of each from a common mark, first.csv=0 turned.csv=180, or let one log run on during the turns"
+        "the turn angle between the files is unknown, so only the last one is aligned: give the heading of each from a "
+        "common mark, first.csv=0 turned.csv=180, or let one log run through the turns"
     ),
     True: (
-        "nothing says by how much the unit was turned from row to row, so that the last one alone is aligned: give a "
-        "column heading, from a common mark"
+        "the turn angle between the rows is unknown, so only the last one is aligned: add a column heading, from a "
+        "common mark"
     ),
 }
 """That headings are missing, of files and of rows of means."""
 
 _SOURCES = {
-    "gyro noise": ("the noise of the gyros leaves", (AlignmentRemark.LONGER,)),
-    "gyro bias": ("the biases of the gyros leave", (AlignmentRemark.TURN, AlignmentRemark.CALIBRATE)),
+    "gyro noise": ("gyro noise leaves", (AlignmentRemark.LONGER,)),
+    "gyro bias": ("gyro biases leave", (AlignmentRemark.TURN, AlignmentRemark.CALIBRATE)),
     "turns": ("the azimuth of the turns leaves", (AlignmentRemark.FASTER,)),
 }
 
@@ -90,60 +88,60 @@ def of_source(source: str) -> tuple[str, tuple[AlignmentRemark, ...]]:
 def inseparable(apparent: float, *, one_attitude: bool) -> str:
     """Why the biases are not told from the Earth; `apparent` is what the gyros show in one attitude."""
     if not one_attitude:
-        return "the attitudes do not tell the biases of the gyros from the Earth's rotation"
+        return "these attitudes do not separate the gyro biases from the Earth's rotation"
     excess = abs(apparent / DEG_H - _EARTH)
-    unknown = "one attitude, and nothing is known of the biases of the gyros"
+    unknown = "one attitude and unknown gyro biases"
     if not excess > 0.1 * _EARTH:
         return f"{unknown}: any heading is possible"
     return (
-        f"{unknown}: what they show, {apparent / DEG_H:.4g} deg/h, holds biases of {excess:.3g} deg/h or more, and the "
-        f"Earth is {_EARTH:.4g} deg/h"
+        f"{unknown}: the gyros read {apparent / DEG_H:.4g} deg/h, which includes biases of {excess:.3g} deg/h or more; "
+        f"the Earth's rate is {_EARTH:.4g} deg/h"
     )
 
 
 def biases_hide(bias: float, expected: float) -> str:
     """Why one attitude tells nothing: the biases are as large as the Earth."""
     return (
-        "the biases of the gyros are not what was said of them: length and vertical part of what they show are off by "
+        "the gyro biases are larger than stated: length and vertical part of the measured rotation are off by "
         f"{bias / DEG_H:.3g} deg/h, and the Earth's horizontal rate is {expected / DEG_H:.4g} deg/h"
     )
 
 
 def _rate(low: float, high: float, expected: float) -> str:
     return (
-        f"the horizontal rate, {low / DEG_H:.4g} to {high / DEG_H:.4g} deg/h, is not the {expected / DEG_H:.4g} deg/h "
-        "that the latitude gives"
+        f"the horizontal rate, {low / DEG_H:.4g} to {high / DEG_H:.4g} deg/h, excludes the {expected / DEG_H:.4g} "
+        "deg/h expected at this latitude"
     )
 
 
 def something_hides(low: float, high: float, expected: float) -> str:
     """Why several attitudes tell nothing."""
     return (
-        f"{_rate(low, high, expected)}: something that changes with the attitude of the gyros, or with time, is larger "
-        "than the Earth's rotation"
+        f"{_rate(low, high, expected)}: an error that changes with attitude or time is larger than the Earth's "
+        "rotation"
     )
 
 
 def not_earth(low: float, high: float, expected: float) -> str:
     """Why the horizontal rate is not that of the Earth."""
     return (
-        f"{_rate(low, high, expected)}: biases larger than was said, scale factor, latitude, leveling, or a unit that "
-        "was not at rest"
+        f"{_rate(low, high, expected)}: check the stated biases, scale factor, latitude and leveling, and that the "
+        "unit was at rest"
     )
 
 
 def leaves(sd: float, expected: float) -> str:
     """How uncertain the horizontal rate is left."""
     return (
-        f"{sd / DEG_H:.3g} deg/h (1 sd) in the horizontal rate, of which the Earth is {expected / DEG_H:.4g} deg/h; "
-        f"{SEEN:g} standard deviations are needed"
+        f"{sd / DEG_H:.3g} deg/h (1 sd) in the horizontal rate; the Earth's is {expected / DEG_H:.4g} deg/h, and "
+        f"{SEEN:g} standard deviations are required"
     )
 
 
 def unseen(signal_to_noise: float, expected: float) -> str:
     """Why sensors that could see the Earth tell nothing; both in standard deviations."""
     return (
-        f"the horizontal rate is {signal_to_noise:.3g} standard deviations from zero, where the Earth would be "
+        f"the horizontal rate is {signal_to_noise:.3g} standard deviations from zero; the Earth's would be "
         f"{expected:.3g}"
     )
 
@@ -152,15 +150,13 @@ def if_small(heading: float, bias: float) -> str:
     """What the heading rests on where nothing is known of the biases."""
     return (
         f"{math.degrees(heading):.2f} deg if the biases are small: length and vertical part of the rotation agree with "
-        f"the Earth to {bias / DEG_H:.2g} deg/h, but a bias across the heading is not seen"
+        f"the Earth within {bias / DEG_H:.2g} deg/h, but a bias across the heading cannot be seen"
     )
 
 
 def resolved(signal_to_noise: float) -> str:
     """Why the heading is a measurement."""
-    return (
-        f"{signal_to_noise:.4g} standard deviations from zero, and the horizontal rate is that of the Earth"
-    )
+    return f"{signal_to_noise:.4g} standard deviations from zero, and the horizontal rate agrees with the Earth's"
 
 
 # -- remarks ------------------------------------------------------------------------------------------------
@@ -169,8 +165,8 @@ def resolved(signal_to_noise: float) -> str:
 def other_channels(calibrated: tuple[str, ...], taken: tuple[str, ...]) -> str:
     """That the calibration is of channels by other names."""
     return (
-        f"the calibration is of {', '.join(calibrated)}, not of the channels that were taken: it stands for "
-        f"{', '.join(taken)}, in this order"
+        f"the calibration names {', '.join(calibrated)}, not the channels used: it is applied to {', '.join(taken)}, "
+        "in this order"
     )
 
 
@@ -179,31 +175,31 @@ def lost(count: int) -> str:
     one = count == 1
     return (
         f"{'one stretch' if one else f'{count} stretches'} at rest at the beginning {'was' if one else 'were'} left "
-        "out: samples are missing while the unit was turned, so that no azimuth connects what lies before to the rest"
+        "out: samples are missing from a turn, so no azimuth connects the record before it with the record after it"
     )
 
 
 def naive_is_wrong(duration: float, heading: float, says: str) -> str:
     """That the plain mean of the beginning is not to be used."""
     return (
-        f"the plain mean of the first {duration:.0f} s would have said {math.degrees(heading):.1f} deg: do not use it, "
-        f"for {says}"
+        f"do not use the plain mean of the first {duration:.0f} s, a heading of {math.degrees(heading):.1f} deg: "
+        f"{says}"
     )
 
 
 def naive_moved(moving: float, duration: float) -> str:
     """That the unit was not at rest in it."""
-    return f"the unit was not at rest for {moving:.0f} of these {duration:.0f} s"
+    return f"the unit moved for {moving:.0f} of these {duration:.0f} s"
 
 
 def naive_points_elsewhere(heading: float, away: float) -> str:
     """That it contradicts the stretches at rest."""
     return (
-        f"its heading of {math.degrees(heading):.1f} deg is {math.degrees(away):.1f} deg from what the stretches at "
-        "rest say, outside of their interval"
+        f"its heading of {math.degrees(heading):.1f} deg is {math.degrees(away):.1f} deg from that of the stretches at "
+        "rest, outside their interval"
     )
 
 
 def upside_down(axes: str) -> str:
     """That the axes of the sensor may be other ones."""
-    return f"the unit lies on its back all the time: do its axes x, y, z point {axes} (--axes)?"
+    return f"the unit is upside down throughout: do its axes x, y, z point {axes} (--axes)?"

@@ -15,15 +15,15 @@ __all__ = ["CalibrationCheck"]
 #: What makes observations scatter beyond the noise.
 _REASONS = {
     CalibrationCheckKind.FORCES: (
-        "the unit moved while it rested, the accelerometers are not linear (quadratic terms), or their biases follow "
-        "the temperature"
+        "the unit moved at rest, the accelerometers are not linear (quadratic terms), or their biases follow the "
+        "temperature"
     ),
     CalibrationCheckKind.RATES: (
-        "the unit turned while it rested, or the biases of the gyros follow gravity or the temperature"
+        "the unit turned at rest, or the gyro biases follow gravity or the temperature"
     ),
     CalibrationCheckKind.TURNS: (
-        "the turns were too fast or too rough for the rate of sampling, the gyros are not linear, or the clocks of "
-        "gyros and accelerometers differ"
+        "the turns were too fast or too rough for the sample rate, the gyros are not linear, or the clocks of gyros "
+        "and accelerometers differ"
     ),
 }
 

@@ -74,9 +74,9 @@ def calibrate(
     Parameters
     ----------
     recording : Recording
-        Of three accelerometers, three gyros or both, at rest in two positions or more and turned between them.
+        Record of three accelerometers, three gyros or both, at rest in two or more positions and turned between them.
     spans : StaticSpans or array_like, shape (n, 2) [samples], optional
-        When it was at rest; found in the recording by default.
+        Spans at rest; detected in the recording by default.
     model : NoiseModel or mapping of str to NoiseModel, optional
         By name of the channel, or by role: "gyro", "accelerometer"; a single one is that of a single triad. In the
         unit of the channels after their scale. Without it the noise is that within the spans.
@@ -85,11 +85,12 @@ def calibrate(
     height : float [m]
         Above the ellipsoid.
     gravity : float, optional [m/s^2]
-        In place of that of the latitude. Scale factors of accelerometers are proportional to its inverse.
+        Local gravity, in place of the value by latitude. Scale factors of accelerometers are proportional to its
+        inverse.
     gyro, accelerometer : sequence of str, optional
         Channels x, y, z; needed where the recording does not tell. An empty sequence: do without.
     frame : "z" or "x"
-        Which axes define the body, see `allanite.recording.calibration`.
+        Axes that define the body, see `allanite.recording.calibration`.
     quadratic : bool
         Estimate quadratic terms of the accelerometers too.
     drift : bool
@@ -105,7 +106,7 @@ def calibrate(
         Standard uncertainties that no record shows: "gravity" [m/s^2], or parameters as in
         `Calibration.with_repeatability`.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     progress : callable, optional
         Called with the fraction done and what is being done.
 

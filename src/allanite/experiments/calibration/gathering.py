@@ -295,8 +295,8 @@ def _models(
                 fitted_model = _silent(y[sensor][:, axis], edges, recording.dt)
             if fitted_model is None:
                 raise DataQualityError(
-                    f"channel {name!r} does not vary, or the static spans are too short: its noise cannot be told. "
-                    "Give a noise model (--model), or longer spans"
+                    f"channel {name!r} does not vary, or the static spans are too short: its noise cannot be "
+                    "estimated. Give a noise model (--model), or longer spans"
                 )
             out[name] = fitted_model
     return out

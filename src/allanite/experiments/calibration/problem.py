@@ -149,8 +149,8 @@ def _gyros(data: Gathered, down: Array | None, si: bool) -> tuple[float, Array]:
         scale = gyro_scale(data.motion, bias, down, data.before, data.after)
     if scale is None:
         raise DataQualityError(
-            "gyros in counts need accelerometers and turns between positions, about a horizontal axis, to tell their "
-            "scale factor; or state their unit with a scale factor"
+            "the scale factor of gyros in counts needs accelerometers and turns about a horizontal axis between "
+            "positions; or state their unit with a scale factor"
         )
     return scale, bias
 

@@ -54,7 +54,7 @@ def sphere(means: Array, gravity: float) -> tuple[Array, float]:
     table = np.column_stack([2 * z, np.ones(len(z))])
     values = np.linalg.svd(table, compute_uv=False)
     if values[-1] < SPREAD * values[0]:
-        raise DataQualityError(f"these {len(means)} positions leave the scale factors open: {text}")
+        raise DataQualityError(f"these {len(means)} positions do not determine the scale factors: {text}")
     coefficients = np.linalg.lstsq(table, (z**2).sum(axis=1), rcond=None)[0]
     radius = math.sqrt(float(coefficients[3] + coefficients[:3] @ coefficients[:3]))
     return center + size * coefficients[:3], size * radius / gravity

@@ -40,20 +40,20 @@ class ParameterNeed(WordedCode):
     FORCE = (
         "accelerometers",
         (
-            "gyros alone see nothing of their scale factors and misalignments: record the accelerometers too, or use "
-            "a rate table"
+            "gyros alone do not show their scale factors and misalignments: record the accelerometers too, or use a "
+            "rate table"
         ),
     )
     TURNS = (
         "turns",
         (
-            "no turn between the positions was recorded, and only turns show scale factors and misalignments of "
-            "gyros: let one log run on while the unit is turned from position to position, or use a rate table"
+            "only turns show the scale factors and misalignments of gyros, and none was recorded: let one log run "
+            "while you turn the unit from position to position, or use a rate table"
         ),
     )
     POSITIONS = (
         "more positions",
-        "record more positions: these are too few to tell how far they scatter",
+        "record more positions: these are too few to estimate their scatter",
     )
 
 

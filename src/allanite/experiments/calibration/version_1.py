@@ -22,6 +22,12 @@ _IN_HAND = re.compile(r"^the unit was held in the hand")
 _SD = re.compile(
     r"^columns (.+) are taken for standard deviations of the (?:means|readings, .+ \((.+)\), as of)"
 )
+#: Words by which version 1 knew a need.
+_NEEDS = {
+    "gyros alone see nothing": ParameterNeed.FORCE,
+    "no turn between the positions was recorded": ParameterNeed.TURNS,
+    "record more positions": ParameterNeed.POSITIONS,
+}
 #: Remarks that the present version makes itself; what else stands there was found of the rests.
 _MADE = re.compile(
     r"^(columns .+ are taken for|gravity was taken as|without a latitude|no turn tells how|the biases of the gyros "
@@ -53,7 +59,7 @@ def upgraded(data: Mapping[str, object]) -> dict[str, object]:
 
 def _parameter(data: Mapping[str, object]) -> dict[str, object]:
     advice = texts(data.get("advice"))
-    need = next((need for need in ParameterNeed if need.words in advice), None)
+    need = next((need for words, need in _NEEDS.items() for text in advice if text.startswith(words)), None)
     return {**data, "add": [] if need else advice, "need": need}
 
 

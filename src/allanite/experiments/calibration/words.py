@@ -34,16 +34,16 @@ __all__ = [
 
 REMARKS = {
     CalibrationRemark.IN_HAND: (
-        "the unit was held in the hand: turns go from the mean attitude of one rest to the next, and what the hand "
-        "does to the means is in the intervals"
+        "the unit was held by hand: turns connect the mean attitudes of successive rests, and the intervals include "
+        "the motion of the hand"
     ),
     CalibrationRemark.NO_LATITUDE: (
-        "without a latitude the direction of the Earth's rotation is open, and the biases of the gyros contain it as "
-        "an uncertainty of up to 15 deg/h"
+        "without a latitude the direction of the Earth's rotation is unknown: it adds an uncertainty of up to 15 deg/h "
+        "to the gyro biases"
     ),
     CalibrationRemark.NO_HEADINGS: (
-        "no turn tells how the positions were headed, and the gyros do not see the Earth's rotation well enough to "
-        "tell it: what is not known of that rotation is in the intervals of their biases"
+        "the headings of the positions are unknown: no turn connects them, and the gyros do not resolve the Earth's "
+        "rotation. The intervals of the gyro biases include that rotation"
     ),
 }
 
@@ -53,17 +53,17 @@ REMARKS = {
 def astray(miss: float, order: Sequence[str] | None, turned: Sequence[str]) -> str:
     """That the gyros do not go with the accelerometers, and what would make them; see `GyrosAstray`."""
     text = (
-        f"the turns by the gyros miss those of gravity by {math.degrees(miss):.0f} deg: the axes of the gyros do not "
-        "go with those of the accelerometers, or their unit is wrong"
+        f"the turns measured by the gyros differ from those of gravity by {math.degrees(miss):.0f} deg: the gyro axes "
+        "do not match those of the accelerometers, or the unit of the gyros is wrong"
     )
     if order is None:
         return text
-    text += "; they go together"
+    text += "; they match"
     if order:
         text += f" with --gyro {for_shell(','.join(order))}"
     if turned:
         text += (
-            f" when the sign of {', '.join(turned)} is turned; if the axes of the accelerometers are left-handed, turn "
+            f" when the sign of {', '.join(turned)} is reversed; if the accelerometer axes are left-handed, reverse "
             "one of these instead"
         )
     return text
@@ -72,7 +72,7 @@ def astray(miss: float, order: Sequence[str] | None, turned: Sequence[str]) -> s
 def do_not_go(outliers: Sequence[str]) -> str:
     """That positions or turns contradict the others."""
     one = len(outliers) == 1
-    phrase = "does not go with what all others say" if one else "do not go with what the others say"
+    phrase = "disagrees with all others" if one else "disagree with the others"
     return f"{', '.join(outliers)} {phrase}"
 
 
@@ -94,7 +94,7 @@ def some_determined(used: int, estimated: int, count: int) -> str:
 
 def hardly_told(used: int, estimated: int, count: int) -> str:
     """That the positions are too few for some intervals."""
-    return f"{some_determined(used, estimated, count)} and hardly tell how far they scatter"
+    return f"{some_determined(used, estimated, count)}, with little left to estimate their scatter"
 
 
 def uncovered(half_axes: Sequence[str], determined: str) -> str:
@@ -112,13 +112,13 @@ def uncovered(half_axes: Sequence[str], determined: str) -> str:
 
 def scattered(what: str, ratio: float, reasons: str) -> str:
     """That observations scatter more than the noise."""
-    return f"the {what} scatter {ratio:.3g} times as much as the noise says, which widens the intervals: {reasons}"
+    return f"the {what} scatter {ratio:.3g} times as much as the noise predicts, which widens the intervals: {reasons}"
 
 
 def earth_seen(length: float, expected: float) -> str:
     """That the gyros see another rotation than that of the Earth."""
     return (
-        f"the gyros at rest see a rotation of {length / DEG_H:.4g} deg/h where the Earth has {expected / DEG_H:.4g}: "
+        f"the gyros at rest measure a rotation of {length / DEG_H:.4g} deg/h, the Earth's is {expected / DEG_H:.4g}: "
         "wrong latitude, biases that follow gravity, or a unit that turned"
     )
 
@@ -126,8 +126,8 @@ def earth_seen(length: float, expected: float) -> str:
 def alone(parameter: str) -> str:
     """That accelerometers alone say something else; most of all of one parameter: "bias_z"."""
     return (
-        "the accelerometers alone give other parameters than accelerometers and gyros together, most of all their "
-        f"{parameter.replace('_', ' ')}: a rest that was none, axes that do not belong together, or clocks that differ"
+        f"the accelerometers alone give a different {parameter.replace('_', ' ')} than accelerometers and gyros "
+        "together: the unit moved during a rest, the axes do not match, or the clocks differ"
     )
 
 
@@ -137,24 +137,24 @@ def alone(parameter: str) -> str:
 def contradict(outliers: Sequence[str], numbers: Iterable[str]) -> str:
     """What to do about positions and turns that contradict the rest; `numbers` as --without takes them."""
     one = len(outliers) == 1
-    phrases = ("it contradicts", "look at it") if one else ("they contradict", "look at them")
+    verb, which = ("contradicts", "it") if one else ("contradict", "them")
     return (
-        f"{', '.join(outliers)}: {phrases[0]} the rest; {phrases[1]} in the pictures and, if something happened there, "
-        f"calibrate without (--without {','.join(numbers)})"
+        f"{', '.join(outliers)} {verb} the rest: check the pictures and, if something happened there, calibrate "
+        f"without {which} (--without {','.join(numbers)})"
     )
 
 
 def temperature_went(low: float, high: float) -> str:
     """That the temperature may explain a scatter."""
     return (
-        f"the temperature went from {low:.3g} to {high:.3g}: slopes of the biases with it may explain the scatter "
+        f"the temperature ranged from {low:.3g} to {high:.3g}: biases that change with it may explain the scatter "
         f"(--reference-temperature {(low + high) / 2:.0f})"
     )
 
 
 def add(positions: Sequence[str]) -> str:
     """Which positions to add."""
-    return f"to estimate what is left open, add: {'; '.join(positions)}"
+    return f"to determine the other parameters, add: {'; '.join(positions)}"
 
 
 # -- remarks ------------------------------------------------------------------------------------------------
@@ -163,16 +163,16 @@ def add(positions: Sequence[str]) -> str:
 def standard_gravity(gravity: float) -> str:
     """That gravity was taken for granted."""
     return (
-        f"gravity was taken as {gravity:g} m/s²: on the ground it differs by up to 0.3 % from place to place, and the "
-        "scale factors of the accelerometers with it; give the latitude and the height, or gravity itself"
+        f"gravity is assumed to be {gravity:g} m/s²: it varies by up to 0.3 % over the ground, and the accelerometer "
+        "scale factors with it; give the latitude and the height, or gravity itself"
     )
 
 
 def follows_gravity(largest: float) -> str:
     """That the biases of the gyros follow gravity, by so much [rad/s] for 1 g."""
     return (
-        f"the biases of the gyros follow gravity, by up to {math.degrees(largest):.3g} deg/s for 1 g; this was fitted "
-        "too, and is part of the calibration"
+        f"the gyro biases follow gravity, by up to {math.degrees(largest):.3g} deg/s per g; the calibration includes "
+        "this dependence"
     )
 
 
@@ -184,6 +184,4 @@ def not_used(what: str, why: str) -> str:
 def scatter_tells(dofs: Iterable[tuple[str, float]]) -> str:
     """That the noise is that of the scatter: kinds of observations with their degrees of freedom."""
     of = ", ".join(f"{what}: {dof:.3g} degrees of freedom" for what, dof in dofs)
-    return (
-        f"nothing but the scatter of the positions tells their noise ({of}); intervals are by Student's law"
-    )
+    return f"the noise is estimated from the scatter of the positions alone ({of}); intervals use Student's t"

@@ -53,24 +53,26 @@ def dead_reckon(
     Parameters
     ----------
     models : NoiseModel, or mapping of str to NoiseModel
-        "gyro" and "accelerometer", for three independent axes alike; or three channels of a kind, x, y, z in this
-        order. Where one kind is missing its part is not in the sums, and the result says so.
+        "gyro" and "accelerometer", for three equal and independent axes; or three channels of a kind, x, y, z in this
+        order. If one kind is missing, its errors are not included, and the result reports it.
     latitude : float [rad]
+        Latitude of the unit.
     duration : float [s]
+        Time unaided.
     times : sequence of float, optional [s]
-        Of the tables; by default 1 s, 3 s, 10 s, ... and the duration.
+        Times of the tables; by default 1 s, 3 s, 10 s, ... and the duration.
     initial : InitialErrors, optional
-        Standard deviations of what is wrong at the start; nothing by default.
+        Standard deviations of the initial errors; none by default.
     rest : float, optional [s]
-        So long at rest before the start the accelerometers level the unit and the means of the gyros are removed,
-        less the rotation of the Earth. None: the unit starts with its turn-on biases as `initial` has them.
+        Time at rest before the start, during which the accelerometers level the unit and the gyro means, less the
+        Earth's rotation, are removed. None: the unit starts with its turn-on biases as stated by `initial`.
     vertical : bool
         At rest the mean of the vertical accelerometer, less normal gravity, is removed as its bias. Otherwise that
         bias stays in the height: b t^2/2.
     heading : float [rad]
-        Of the x axis, clockwise from north; it matters where the axes differ.
+        Heading of the x axis, clockwise from north; it matters if the axes differ.
     held : bool
-        Something else holds the height, as a barometer does: unaided it runs away after some minutes.
+        The height is aided, as by a barometer: unaided it diverges within minutes.
     rate : float [Hz]
         Samples per second, from which on flicker is held.
 

@@ -50,7 +50,7 @@ class InitialErrors(Result):
     Attributes
     ----------
     position : float [m]
-        Of each of north, east, down.
+        Standard deviation of each of north, east, down.
     velocity : float [m/s]
         Likewise.
     tilt : float [rad]
@@ -64,7 +64,7 @@ class InitialErrors(Result):
     gyro_scale, accelerometer_scale : float
         Relative error of the scale factor of each axis: of the Earth's rotation, and of gravity.
     gyro_misalignment, accelerometer_misalignment : float [rad]
-        Of each axis towards each of the other two.
+        Misalignment of each axis toward each of the other two.
     """
 
     position: float = 0.0

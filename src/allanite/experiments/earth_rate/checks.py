@@ -78,17 +78,17 @@ def _meaning(check: RateCheck) -> str:
             return size_words(check.ratio)
         case RateCheckKind.WARM_UP:
             return (
-                "the level drifts as after power-on, beyond what the noise model allows: wait longer before the record "
-                "begins, or fit the warm-up beside the rate (--warm-up)"
+                "the level drifts as after power-on, by more than the noise model allows: wait longer before the "
+                "record begins, or fit the warm-up with the rate (--warm-up)"
             )
         case RateCheckKind.SETTLING:
             return (
-                "a rotation in the direction of the turn goes on after it and adds to the rate: leave out more time "
-                "after each turn (--dead-time), or fit it beside the rate (--settling)"
+                "a rotation in the direction of the turn continues after it and adds to the rate: leave out more time "
+                "after each turn (--dead-time), or fit it with the rate (--settling)"
             )
         case RateCheckKind.TEMPERATURE:
             return (
-                "the level follows the temperature: fit it beside the rate (--temperature "
+                "the level follows the temperature: fit it with the rate (--temperature "
                 f"{for_shell(check.channel)})"
             )
         case RateCheckKind.SCATTER:

@@ -71,32 +71,32 @@ def measure_earth_rate(
     Parameters
     ----------
     recording : Recording
-        Of rates with a unit: the turns may be in it.
+        Record of rates with a unit; it may contain the turns.
     latitude : float [rad]
-        Short of the poles, where the horizontal axis sees nothing of the Earth; off the equator for a vertical one.
+        Latitude, not at a pole, where the horizontal axis does not see the Earth; off the equator for a vertical axis.
     model : NoiseModel, optional
-        Of the sensor at rest. Without it white noise and flicker are fitted to this very record, and the interval
-        is widened for that.
+        Noise model of the sensor at rest. Without it white noise and flicker are fitted to this record, and the
+        interval is widened for that.
     channel : str, optional
         Needed where the recording has several rates.
     reversals : Reversals, optional
-        When the sensor was turned, with their own `first` and `dead_time`; by default found from the signal.
+        Turns of the sensor, with their `first` and `dead_time`; by default detected in the signal.
     first : "north", "south", "up", "down" or None
         Direction of the first dwell, which one axis cannot tell: with None the sign of the rate is a choice, and the
         axis is taken for horizontal.
     dead_time : float, optional [s]
         Left out after each turn; 2 s by default.
     settling, warm_up : bool
-        Fit a rotation that settles after each turn, or an exponential warm-up, beside the rate.
+        Fit a rotation that settles after each turn, or an exponential warm-up, with the rate.
     temperature : str, optional
-        Name of a temperature channel to fit beside the rate.
+        Name of a temperature channel to fit with the rate.
     stated : SetupUncertainty, optional
         Uncertainties of scale factor, latitude, tilt and heading.
     g_sensitivity : float [rad/s/(m/s^2)]
-        Standard uncertainty of the rate that gravity along an axis adds to it, for an axis turned between up and down;
-        0 where nothing is stated.
+        Standard uncertainty of the rate that gravity along an axis adds, for an axis turned between up and down; 0 if
+        not stated.
     confidence : float
-        Of the interval.
+        Confidence level of the interval.
     progress : callable, optional
         Called with the fraction done and what is being done.
 

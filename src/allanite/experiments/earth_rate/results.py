@@ -114,8 +114,8 @@ class SettlingFit(Result):
     def says(self) -> str:
         """What it means and what to do, where it brings the rate back to that of the Earth."""
         return (
-            "a rotation that settles after each turn may be the cause, though the residuals alone do not show it: "
-            f"fitted beside, with {self.T:.2g} s, it makes the rate {self.rate / DEG_H:.2f} deg/h (standard deviation "
+            "a rotation that settles after each turn may be the cause, though the residuals alone do not show it: with "
+            f"a settling of {self.T:.2g} s in the fit the rate is {self.rate / DEG_H:.2f} deg/h (standard deviation "
             f"{self.sd / DEG_H:.2g}). Leave out more time after each turn (--dead-time), or fit it (--settling)"
         )
 

@@ -33,8 +33,8 @@ __all__ = [
 ]
 
 WITH_GRAVITY = (
-    "turning the axis over reverses gravity along it, too: the result bounds the Earth rate and the g-sensitivity of "
-    "the axis together. State the g-sensitivity (--g-sensitivity 0.1deg/h/g) to have the Earth rate by itself"
+    "turning the axis over also reverses gravity along it: the result is the sum of the Earth rate and the "
+    "g-sensitivity of the axis. State the g-sensitivity (--g-sensitivity 0.1deg/h/g) to separate them"
 )
 
 
@@ -49,15 +49,15 @@ def distance(rate: float, sd: float, inflation: float) -> str:
 
 def resolved(far: str, *, with_gravity: bool) -> str:
     """Why a rate is resolved: it is `far` from zero."""
-    together = "; but it is the rate of the Earth and the g-sensitivity of the axis together"
-    return f"{far} from zero, and the interval holds the known rate{together if with_gravity else ''}"
+    together = "; but it is the sum of the Earth rate and the g-sensitivity of the axis"
+    return f"{far} from zero, and the interval includes the known rate{together if with_gravity else ''}"
 
 
 def too_small(far: str, checks: Sequence[RateCheck], *, few: bool) -> str:
     """Why a rate is not resolved: it is only `far` from zero. With `few` dwells more is needed."""
-    more = " and more, for the noise is known from few dwells" if few else ""
+    more = ", and more because few dwells give the noise" if few else ""
     quiet = "".join(f"; {c.says}" for c in failures(checks) if c.widens and c.ratio < 1)
-    return f"the rate is {far} from zero, {SEEN:g} are needed{more}{quiet}"
+    return f"the rate is {far} from zero; {SEEN:g} are required{more}{quiet}"
 
 
 def contradicted(checks: Sequence[RateCheck]) -> str:
@@ -72,8 +72,8 @@ def excluded(interval: tuple[float, float], deviation: float, cause: str) -> str
     low, high = (end / DEG_H for end in interval)
     return (
         f"the interval {low:.2f} to {high:.2f} deg/h excludes the known {EARTH_RATE / DEG_H:.3f} deg/h "
-        f"({abs(deviation):.1f} standard deviations): {cause}an error that follows the turns, or "
-        "the scale factor, the latitude, the direction of the first dwell"
+        f"({abs(deviation):.1f} standard deviations): {cause}an error that follows the turns, the scale factor, the "
+        "latitude, or the direction of the first dwell"
     )
 
 
@@ -87,18 +87,18 @@ def one_direction(reversals: Reversals) -> str:
     """Why a record with turns tells no rate."""
     known = any(d.sign for d in reversals.dwells)
     left = "dwells of one direction only" if known else "no dwell of known direction"
-    return f"{plural(len(reversals.turns), 'turn', 'leave')} {left}: rate and bias are one constant"
+    return f"{plural(len(reversals.turns), 'turn', 'leave')} {left}: rate and bias cannot be separated"
 
 
 def constant(bias: tuple[float, float], source: NoiseOrigin, first: str, latitude: float) -> str:
     """Why a record without turns tells no rate, and the bias for each direction that the axis may have had."""
     level, sd = (x / DEG_H for x in bias)
-    least = ", at least: the noise was fitted to this very record" if source is NoiseOrigin.RECORD else ""
+    least = " or more, since this record gave the noise" if source is NoiseOrigin.RECORD else ""
     digits = max(0, 1 - math.floor(math.log10(sd))) if 0 < sd < math.inf else 2
     parts = (f"{level - part / DEG_H:.{digits}f} {words}" for part, words in _directions(first, latitude))
     return (
-        f"without reversals the rate and the bias are one constant, {level:.{digits}f} deg/h (standard deviation "
-        f"{sd:.2g}{least}), and no filter tells them apart. Under the known rate the bias is {', '.join(parts)}"
+        f"without reversals no filter separates rate and bias: their sum is {level:.{digits}f} deg/h (standard "
+        f"deviation {sd:.2g}{least}). With the known rate the bias is {', '.join(parts)}"
     )
 
 
@@ -121,7 +121,7 @@ def widened_words(inflation: float, checks: Sequence[RateCheck]) -> str:
     if inflation <= 1:
         return ""
     asked = inflation_of(checks) > 0.999 * inflation
-    pairs = "the pairs of dwells scatter as much, and the noise is of this record alone"
+    pairs = "the pairs of dwells scatter that much, and the noise model comes from this record alone"
     return f"The noise is widened {inflation:.2f} times: {'see the checks' if asked else pairs}."
 
 
@@ -138,15 +138,15 @@ def of_failures(checks: Sequence[RateCheck]) -> list[str]:
 def of_turns(reversals: Reversals, first: str, *, one_sided: bool) -> Iterator[tuple[RateRemark, str]]:
     """What to do where rate and bias are one constant."""
     if one_sided:
-        words = "a shorter dead time (--dead-time), or a file of turns (--turns FILE), may give more dwells"
+        words = "a shorter dead time (--dead-time) or a file of turns (--turns FILE) may give more dwells"
         yield RateRemark.MORE_DWELLS, words
         return
-    yield RateRemark.TURN, "turn the sensor by 180 deg, and back, at least a few times"
+    yield RateRemark.TURN, "turn the sensor by 180 deg and back, at least a few times"
     if not reversals.turns:
         state = ", with --first north, south, up or down" if first == "unknown" else ""
         words = (
-            "if it was turned, and the signal does not show it, say when: --dwell SECONDS for even intervals, else "
-            f"--turns FILE{state}"
+            "if it was turned but the signal does not show it, state when: --dwell SECONDS for even intervals, "
+            f"otherwise --turns FILE{state}"
         )
         yield RateRemark.STATE_TURNS, words
 
@@ -157,12 +157,12 @@ def of_the_first(
     """What to do where the direction of the first dwell is not known, or not what it was said to be."""
     upright = _upright(rate_if_up)
     if over is not None and over.along:
-        words = f"{over.says}: the axis was turned between up and down. Say so: --first {over.first}"
+        words = f"{over.says}: the axis was turned between up and down. State it: --first {over.first}"
         yield RateRemark.TURNED_OVER, words
     elif first == "unknown":
         words = (
-            "the direction of the first dwell is not known: the sign of the rate is a choice. State it: --first north "
-            "or --first south; if the axis was turned over, between up and down: "
+            "the direction of the first dwell is unknown, so the sign of the rate is arbitrary. State it: --first "
+            "north or --first south; if the axis was turned over, between up and down: "
             f"{upright or '--first up or --first down'}"
         )
         yield RateRemark.STATE_FIRST, words

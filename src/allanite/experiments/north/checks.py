@@ -45,6 +45,6 @@ class NorthCheck(CheckResult):
                 return scatter_words("positions", self.ratio, _REASONS)
             case NorthCheckKind.CONSTANCY:
                 return (
-                    "the Earth's rotation seems to move or to grow through the record: the table turned against the "
-                    "ground, or its rate or its headings are not what was given"
+                    "the Earth's rotation appears to change direction or size during the record: the table turned "
+                    "relative to the ground, or its rate or headings differ from those given"
                 )

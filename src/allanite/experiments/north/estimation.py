@@ -63,9 +63,9 @@ def find_north(
     Parameters
     ----------
     recording : Recording
-        Of rates with a unit.
+        Record of rates with a unit.
     model : NoiseModel, or mapping of channel name to NoiseModel
-        Of the sensors at rest.
+        Noise models of the sensors at rest.
     latitude : float [rad]
         Short of the poles, where north is undefined.
     positions : Reversals, optional
@@ -73,7 +73,7 @@ def find_north(
         calls zero), from `read_positions` for example. Two opposite positions suffice for two axes; one axis needs
         at least three that do not lie on one line.
     rotation : Rotation, optional
-        In place of positions: a table that turned all the time.
+        Continuous rotation of the table, in place of positions.
     channels : str, sequence of str, or mapping of str to float [rad]
         Axes in the horizontal plane; of two without headings the second is 90 deg on (from north over east) from the
         first. By default the only channel of rates.
@@ -83,7 +83,7 @@ def find_north(
     misalignment : float [rad]
         Standard uncertainty of the direction of each axis on the table.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     progress : callable, optional
         Called with the fraction done and what is being done.
 

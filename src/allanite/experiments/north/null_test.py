@@ -50,9 +50,11 @@ def east_west_null(
     Parameters
     ----------
     recording : Recording
+        Recording of the turned sensor.
     model : NoiseModel
-        Of the sensor at rest.
+        Noise model of the sensor at rest.
     latitude : float [rad]
+        Latitude of the place.
     positions : Reversals
         Dwells with the heading of the sensitive axis from north over east; those within 45 deg of east or west are
         used, and the little of the Earth that a known heading lets in is removed.
@@ -62,6 +64,7 @@ def east_west_null(
         Uncertainty of the heading, taken as common to all dwells, and of the tilt towards the east: both let in some
         of the Earth, to first order.
     confidence : float
+        Confidence level of the interval.
 
     Raises
     ------

@@ -29,19 +29,19 @@ __all__ = [
 REMARKS = {
     NorthRemark.TURN: "turn the table to at least three positions, or two with two axes",
     NorthRemark.SECOND_AXIS: (
-        "a second axis across the first, or positions that do not lie on one line, decide between the two"
+        "a second axis across the first, or positions that are not on one line, decide between the two"
     ),
-    NorthRemark.LONGER: "record for longer, with more turns",
+    NorthRemark.LONGER: "record longer, with more turns",
 }
 KEPT_DIRECTION = (
-    "the axis kept its direction: bias and Earth are one constant, and every direction is possible"
+    "the axis kept its direction: bias and Earth rate cannot be separated, and every direction is possible"
 )
 _ONE_COMPONENT = (
-    "two axes are required, or positions not on one line: opposite positions of one axis see one component of the "
-    "Earth's rotation only"
+    "two axes are required, or positions not on one line: opposite positions of one axis see only one component of the "
+    "Earth's rotation"
 )
-BEYOND_EARTH = f"{_ONE_COMPONENT}, and it is more than the Earth gives at this latitude"
-NO_TURNS = "without turns between east and west the bias and its change are one constant"
+BEYOND_EARTH = f"{_ONE_COMPONENT}, and it exceeds the Earth's rate at this latitude"
+NO_TURNS = "without turns between east and west the bias and its change cannot be separated"
 
 
 def contradicted(checks: Sequence[NorthCheck]) -> str:
@@ -57,7 +57,7 @@ def contradicted(checks: Sequence[NorthCheck]) -> str:
 def two_azimuths(candidates: Sequence[float]) -> str:
     """Why one component tells two directions, or one where they are the same."""
     azimuths = " or ".join(f"{math.degrees(a):.3g}" for a in candidates)
-    return f"{_ONE_COMPONENT}. Under the known rate the azimuth is {azimuths} deg"
+    return f"{_ONE_COMPONENT}. With the known rate the azimuth is {azimuths} deg"
 
 
 def _distance(signal_to_noise: float, inflation: float) -> str:
@@ -71,8 +71,8 @@ def nowhere(signal_to_noise: float, inflation: float, most: float, expected: flo
     if not excludes:
         return reason
     return (
-        f"{reason}, and at most {most / DEG_H:.3g} of the Earth's {expected / DEG_H:.4g} deg/h is there: the table did "
-        "not turn, or the axes are not horizontal"
+        f"{reason}, and it is at most {most / DEG_H:.3g} deg/h where the Earth's is {expected / DEG_H:.4g}: the table "
+        "did not turn, or the axes are not horizontal"
     )
 
 
@@ -80,18 +80,20 @@ def excluded(low: float, high: float, expected: float) -> str:
     """Why the horizontal rate is not that of the Earth."""
     return (
         f"the horizontal rate, {low / DEG_H:.4g} to {high / DEG_H:.4g} deg/h, excludes the {expected / DEG_H:.4g} "
-        "deg/h that the latitude gives: scale factor, latitude, tilt, headings, or a bias that follows the turns"
+        "deg/h expected at this latitude: scale factor, latitude, tilt, headings, or a bias that follows the turns"
     )
 
 
 def too_small(signal_to_noise: float, inflation: float) -> str:
     """Why north is not resolved."""
-    return f"the horizontal rate is {_distance(signal_to_noise, inflation)} from zero, {SEEN:g} are needed"
+    return f"the horizontal rate is {_distance(signal_to_noise, inflation)} from zero; {SEEN:g} are required"
 
 
 def resolved(signal_to_noise: float, inflation: float) -> str:
     """Why the azimuth is one of north."""
-    return f"{_distance(signal_to_noise, inflation)} from zero, and the horizontal rate is that of the Earth"
+    return (
+        f"{_distance(signal_to_noise, inflation)} from zero, and the horizontal rate agrees with the Earth's"
+    )
 
 
 # -- null test ----------------------------------------------------------------------------------------------
@@ -111,6 +113,6 @@ def no_bias(value: float, sd: float, limit: float) -> str:
 def follows(value: float, sd: float, error_of_rate: float) -> str:
     """What a bias that follows the turns does to an Earth rate."""
     return (
-        f"{_bias(value, sd)} change sign between east and west, where the Earth adds nothing: an Earth rate measured "
-        f"with these turns may be wrong by {error_of_rate / DEG_H:.3g} deg/h"
+        f"{_bias(value, sd)} reverses between east and west, where the Earth adds nothing: an Earth rate measured with "
+        f"these turns may be wrong by {error_of_rate / DEG_H:.3g} deg/h"
     )

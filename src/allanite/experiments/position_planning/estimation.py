@@ -78,22 +78,23 @@ def plan_positions(
     heading : bool
         Plan an alignment instead of a calibration.
     latitude : float, optional [rad]
-        For gravity and the Earth's rotation; an alignment needs it.
+        Latitude, for gravity and the Earth's rotation; required for an alignment.
     time : float, optional [s]
         Make the best of this length of record, instead of the shortest one that reaches the goals.
     candidates : "faces", "edges" or "all"
-        What the unit can be set to: 6 faces of a box, also its 12 edges, also its 8 corners.
+        Positions that the unit can have: the 6 faces of a box, also its 12 edges, also its 8 corners.
     most : int
         Positions.
     turn : float [s]
-        From the end of one rest to the beginning of the next.
+        Time from the end of one rest to the start of the next.
     shortest : float [s]
         Rest.
     rate : float [Hz]
+        Sample rate.
     frame : "z" or "x"
-        Of the calibration.
+        Axes that define the body of the calibration.
     axes : str
-        Where the axes of the sensors point, for an alignment.
+        Directions of the axes of the sensors, for an alignment.
     progress : callable, optional
         Called with a fraction and words.
 

@@ -21,17 +21,17 @@ __all__ = [
 ]
 
 REMARKS: Mapping[PositionPlanRemark, str] = {
-    PositionPlanRemark.NO_WHITE: "a model has no white noise, and every sensor has some: the plan is too good",
+    PositionPlanRemark.NO_WHITE: "a model has no white noise, but every sensor does: the plan is optimistic",
     PositionPlanRemark.NO_LATITUDE: (
-        "the latitude is not given: planned as at 45 deg, and the Earth's rotation counts as unknown"
+        "no latitude is given: the plan assumes 45 deg and an unknown rotation of the Earth"
     ),
     PositionPlanRemark.EARTH_UNSEEN: (
-        "these gyros do not see the Earth's rotation in this time: it stays in their biases"
+        "these gyros do not resolve the Earth's rotation in this time: it stays in their biases"
     ),
     PositionPlanRemark.NO_NORTH: (
-        "these gyros do not see the Earth's rotation well enough in this time: there will be no north"
+        "these gyros do not resolve the Earth's rotation well enough in this time to give north"
     ),
-    PositionPlanRemark.NO_FORCE: "no noise of accelerometers is given: they count as perfect",
+    PositionPlanRemark.NO_FORCE: "no accelerometer noise is given: the plan assumes perfect accelerometers",
 }
 _MORE = {"faces": "edges, or all 26 positions", "edges": "corners"}
 
@@ -51,26 +51,26 @@ def open_parameters(names: Sequence[str], candidates: str) -> str:
 
 def given_time(count: int, total: float, last: str, ratio: float) -> str:
     """How near to the goals positions come in a length of record that was given."""
-    near = f"{last} comes to {ratio:.2g} times its goal, all others nearer"
+    near = f"{last} reaches {ratio:.2g} times its goal, all others are closer"
     return f"{plural(count, 'position')} in {_time(total)}: {near}"
 
 
 def reached(count: int, total: float, last: str, *, shortest: bool) -> str:
     """When the goals are reached, and what takes the time."""
-    why = ", with the shortest rests" if shortest else f"; {last} needs the time"
+    why = ", with the shortest rests" if shortest else f"; {last} takes the longest"
     return f"{plural(count, 'position', 'reach')} the goals in {_time(total)}{why}"
 
 
 def not_determined(last: str) -> str:
     """Which goal no position reaches."""
-    return f"the goals are not reached: no position that may be chosen tells {last}"
+    return f"the goals are not reached: no allowed position determines {last}"
 
 
 def not_reached(last: str, ratio: float) -> str:
     """Which goal slow noise forbids."""
     return (
-        f"the goals are not reached with rests of up to an hour: {last} comes to {ratio:.2g} times its goal, for slow "
-        "noise does not average"
+        f"the goals are not reached with rests of up to an hour: {last} reaches {ratio:.2g} times its goal, because "
+        "slow noise does not average out"
     )
 
 

@@ -59,17 +59,16 @@ class TableCheck(CheckResult):
         match self.kind:
             case TableCheckKind.AGREEMENT:
                 return (
-                    f"the record does not follow the table: {100 * self.value:.3g} % of the signal is left; look at "
-                    "the times and the unit of the table's rates, and whether its rows are close enough to hold each "
-                    "change"
+                    f"the record does not follow the table: {100 * self.value:.3g} % of the signal remains; check the "
+                    "times and the unit of the table's rates, and that its rows are close enough to show each change"
                 )
             case TableCheckKind.SIZE:
                 return size_words(self.ratio)
             case TableCheckKind.BY_RATE:
                 return (
                     f"the noise depends on the rate: at {math.degrees(self.rate):.4g} deg/s it is {self.value:.2f} "
-                    "times that of the model, the table's own jitter or the sensor's; samples at such rates count for "
-                    "less"
+                    "times that of the model (jitter of the table or the sensor); samples at such rates have less "
+                    "weight"
                 )
             case TableCheckKind.STEPS:
                 reasons = (
@@ -78,28 +77,28 @@ class TableCheck(CheckResult):
                 return scatter_words("steps", self.ratio, reasons)
             case TableCheckKind.REPEATS:
                 reasons = (
-                    "the same rate does not give the same output: hysteresis, warming up, the rate of the table, or "
-                    f"its seat {_WIDENED}"
+                    "the same rate gives different outputs: hysteresis, warm-up, the rate of the table, or its seat "
+                    f"{_WIDENED}"
                 )
                 return scatter_words("repeats", self.ratio, reasons)
             case TableCheckKind.SHAPE:
                 return (
-                    f"the response is not the curve that was fitted: the means of the rates lie {self.ratio:.2f} times "
-                    "as far from it as the noise allows; fit a higher degree (--nonlinearity 3), or asymmetry "
+                    f"the response differs from the fitted curve: the means of the rates lie {self.ratio:.2f} times as "
+                    "far from it as the noise allows; fit a higher degree (--nonlinearity 3), or asymmetry "
                     "(--nonlinearity sign)"
                 )
             case TableCheckKind.POWERS:
                 return (
-                    "the response is not the curve that was fitted: higher powers of the rate are in it; fit a higher "
+                    "the response differs from the fitted curve: it contains higher powers of the rate; fit a higher "
                     "degree (--nonlinearity 3)"
                 )
             case TableCheckKind.HYSTERESIS:
                 return (
-                    "the output depends on whether the rate came from below or from above, at rest by "
+                    "the output differs between rising and falling rates, at rest by "
                     f"{1e6 * self.value:.3g} ppm of full scale: hysteresis, or a sensor that has not settled"
                 )
             case TableCheckKind.CONSTANCY:
                 return (
-                    "the scale factor changes through the record: let the sensor and the table warm up, or fit a "
-                    "temperature beside it (--temperature)"
+                    "the scale factor changes during the record: let the sensor and the table warm up, or fit a "
+                    "temperature with it (--temperature)"
                 )

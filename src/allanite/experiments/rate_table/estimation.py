@@ -90,7 +90,7 @@ def measure_rate_table(
     recording : Recording
         Rates, or volts or counts: the scale factor is then in the unit of the channel per rad/s.
     table : RateSteps, Sampled or Sinusoids
-        How the table turned, by its own clock (`read_rate_table`).
+        Motion of the table, by its own clock (`read_rate_table`).
     channel : str, optional
         The channel on the table's axis; of several the one that responds most.
     model : NoiseModel or mapping of channel name to NoiseModel, optional
@@ -105,15 +105,15 @@ def measure_rate_table(
     offset : float, optional [s]
         Time of the record when the table's clock shows zero; by default found. 0.0: one clock for both.
     dead_time : float, optional [s]
-        Left out after each change of the rate; by default as long as the sensor is seen to settle.
+        Time left out after each change of the rate; by default as long as the sensor needs to settle.
     axis : "vertical", "up", "down", "horizontal" or "unknown"
-        Of the table, for the Earth's part.
+        Axis of the table, for the Earth's part.
     latitude : float, optional [rad]
-        For the Earth's part.
+        Latitude, for the Earth's part.
     stated : TableUncertainty, optional
-        Of the table's rate, and of the axis on it.
+        Uncertainties of the table's rate, and of the axis on it.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     progress : callable, optional
         Called with the fraction done and what is being done.
 

@@ -68,9 +68,9 @@ class TableUncertainty:
     Attributes
     ----------
     scale : float
-        Of the table's rate, relative.
+        Relative standard uncertainty of the table's rate.
     misalignment : float [rad]
-        Of the sensitive axis from the table's axis.
+        Standard uncertainty of the angle between the sensitive axis and the table's axis.
     """
 
     scale: float = 0.0

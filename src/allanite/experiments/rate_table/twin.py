@@ -45,26 +45,29 @@ def simulate_on_table(
     Parameters
     ----------
     model : NoiseModel
-        In SI of the channel.
+        Noise model in SI of the channel.
     table : RateSteps, Sampled or Sinusoids
+        Motion of the table.
     rate, duration : float [Hz], [s]
-        Of the record.
+        Sample rate and length of the record.
     seed : int
+        Seed of the samples.
     scale : float
         SI of the channel per rad/s.
     bias : float [SI of the channel]
+        Bias of the sensor.
     powers : sequence of float
         Coefficients of the square, the cube, ... of the rate over full scale, relative to scale times full scale.
     asymmetry : float
         Scale factor of positive rates less that of negative ones, relative.
     full_scale : float, optional [rad/s]
-        That of the coefficients; the table's by default.
+        Full scale of the coefficients; by default that of the table.
     offset, drift : float [s], relative
-        Of the record's clock against the table's.
+        Offset and relative drift of the record's clock against the table's.
     settling : float [s]
         Time constant with which a step is reached.
     limit : float, optional [SI of the channel]
-        Where the converter clips.
+        Limit at which the converter clips.
     noise_growth : float
         White noise at full scale over that of the model, less one; in proportion to the rate.
     **options
@@ -73,7 +76,7 @@ def simulate_on_table(
     Returns
     -------
     Recording
-        Its history holds the truth.
+        Recording with the truth in its history.
     """
     record = simulate(model, rate=rate, duration=duration, seed=seed, **options)
     facts = record.channels[0]

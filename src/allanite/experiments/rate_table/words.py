@@ -33,23 +33,20 @@ __all__ = [
 #: Offsets that are listed.
 LISTED = 3
 
-ONE_RATE = "scale factor and bias cannot be told apart: the table turned at one rate only"
-ONE_CLOCK = (
-    "no change of the rate can be seen in the record: the clocks of table and record are taken for one"
-)
+ONE_RATE = "scale factor and bias cannot be separated: the table turned at only one rate"
+ONE_CLOCK = "the record shows no change of the rate: the clocks of table and record are assumed to agree"
 AIDED = (
-    "told the fitted response to the table, the filter of the seed paper takes slow noise off the record; what it "
-    "leaves agrees with what it was told, and is no measurement"
+    "the seed paper's filter, given the fitted response to the table, removes slow noise from the record; its output "
+    "agrees with the given response by construction and is no measurement"
 )
 REMARKS = {
-    TableRemark.RATES: "record at two rates at least, of both signs, and at rest",
+    TableRemark.RATES: "record at two or more rates, of both signs, and at rest",
     TableRemark.DEGREE: "record at more rates, or fit a lower degree (--nonlinearity 1)",
     TableRemark.UNSETTLED: (
         "the sensor or the table has not settled within half of a step: make the steps longer"
     ),
     TableRemark.REVERSED: (
-        "the channel reads negative where the table turns positive: the sensor, or the table, counts the other way "
-        "round"
+        "the channel reads negative where the table turns positive: sensor and table have opposite signs"
     ),
 }
 
@@ -67,8 +64,8 @@ def too_small(value: float, sd: float) -> str:
     """Why the response is not seen."""
     size = abs(value) / sd if sd else math.inf
     return (
-        f"the response to the table is {size:.1f} standard deviations from none, {SEEN:g} are needed: is it the "
-        "channel on the axis of the table, and the table of this record?"
+        f"the response to the table is {size:.1f} standard deviations from zero; {SEEN:g} are required: is this the "
+        "channel on the table's axis, and the table of this record?"
     )
 
 
@@ -82,7 +79,7 @@ def known_to(relative: float, inflation: float, failed: Sequence[TableCheck]) ->
     ppm = 1e6 * relative
     size = f"{ppm:.2g} ppm" if ppm < 1000 else f"{ppm / 1e4:.2g} %"
     widened = f", widened {inflation:.2f} times" if inflation > 1 else ""
-    names = f"; not passed: {', '.join(c.name for c in failed)}" if failed else ""
+    names = f"; failed checks: {', '.join(c.name for c in failed)}" if failed else ""
     return f"the scale factor is known to {size} (1 sd){widened}{names}"
 
 
@@ -95,28 +92,29 @@ def clipped(ends: Sequence[str], rates: Sequence[float], steps: int) -> str:
     degrees = [math.degrees(rate) for rate in rates]
     if steps:
         listed = ", ".join(f"{round(r, 6):g}" for r in degrees)
-        return f"{head}: {steps} step{'s' * (steps > 1)} at {listed} deg/s clip, and are left out"
-    return f"{head}: rates beyond {' and '.join(f'{r:.4g}' for r in degrees)} deg/s clip, and are left out"
+        verbs = "clips and is" if steps == 1 else "clip and are"
+        return f"{head}: {plural(steps, 'step')} at {listed} deg/s {verbs} left out"
+    return f"{head}: rates beyond {' and '.join(f'{r:.4g}' for r in degrees)} deg/s clip and are left out"
 
 
 def repeats(offsets: Sequence[float], *, either_sign: bool) -> str:
     """That the motion of the table fits the record at other offsets, too."""
     listed = ", ".join(f"{x:.4g}" for x in offsets[:LISTED])
     more = ", …" if len(offsets) > LISTED else ""
-    sign = ", at some of them with the other sign of the scale factor" if either_sign else ""
+    sign = ", some with the opposite sign of the scale factor" if either_sign else ""
     return (
-        f"the motion of the table repeats itself, and fits the record by a clock offset of {listed}{more} s as well"
-        f"{sign}: give the offset (--offset) where it is known"
+        f"the motion of the table is periodic: clock offsets of {listed}{more} s fit the record as well{sign}. Give "
+        "the offset (--offset) if you know it"
     )
 
 
 def before_or_behind(delay: float, half: float) -> str:
     """The delay of the output, by a clock that was given."""
     size = f"{_seconds(abs(delay))} (± {_seconds(half)})"
-    words = f"the output is {size} behind the table"
+    words = f"the output lags the table by {size}"
     if delay < 0:
-        words = f"the output comes {size} before the table, which no sensor does"
-    return f"{words}, by the clock that was given"
+        words = f"the output leads the table by {size}, which no sensor does"
+    return f"{words}, with the given clock offset"
 
 
 def offset_of_clocks(
@@ -125,12 +123,12 @@ def offset_of_clocks(
     """How the clocks were compared; whether the edges lie `between` steps, and a hysteresis would look the same."""
     words = f"the table's zero is at {_seconds(offset)} of the record (± {_seconds(half)})"
     if between:
-        words += ", for what the table does between its steps is not known"
+        words += "; the motion between the steps is unknown"
     else:
-        words += ", the delay of the sensor included"
+        words += ", sensor delay included"
     if drift is not None:
-        words += f"; its clock runs {1e6 * drift:+.0f} ppm against the table's"
-    return words + ("; a hysteresis of a steady sweep would look the same" if loop_alike else "")
+        words += f"; its clock runs {1e6 * drift:+.0f} ppm relative to the table's"
+    return words + ("; hysteresis of a steady sweep would look the same" if loop_alike else "")
 
 
 def _seconds(value: float) -> str:
@@ -141,23 +139,23 @@ def earth_in_bias(along: float | None, axis: str, *, relative: bool) -> str:
     """What the bias holds of the Earth; "" where it is not known."""
     if along is None:
         if axis == "horizontal":
-            return "the bias holds the Earth's rotation along the table's axis, which depends on where that points"
+            return "the bias includes the Earth's rotation along the table's axis, which depends on where that points"
         return ""
     size = math.degrees(along) * 3600
     of = "" if relative else ", times the scale factor"
     if axis == "vertical":
         return (
-            f"the bias holds the Earth's rotation on the vertical axis, {abs(size):.3f} deg/h{of}, with the sign of "
-            "the table's direction: say which way it points (--axis up or down)"
+            f"the bias includes the Earth's rotation about the vertical axis, {abs(size):.3f} deg/h{of}; its sign "
+            "depends on which way the axis points: state it (--axis up or down)"
         )
-    return f"the bias holds {size:+.3f} deg/h of the Earth's rotation{of}"
+    return f"the bias includes {size:+.3f} deg/h of the Earth's rotation{of}"
 
 
 def not_whole(count: int, used: int) -> str:
     """That the Earth and gravity do not average over the steps."""
     return (
         f"{count} of {plural(used, 'step')} {'does' if count == 1 else 'do'} not turn by whole revolutions: what the "
-        "Earth and gravity add across the axis does not average there; state the misalignment to have it in the "
+        "Earth and gravity add across the axis does not average out; state the misalignment to include it in the "
         "interval"
     )
 
@@ -165,10 +163,10 @@ def not_whole(count: int, used: int) -> str:
 def plateaus(count: int) -> str:
     """That the encoder shows steps."""
     return (
-        f"the table's own record shows {plural(count, 'stretch')} of constant rate: each is taken as a step"
+        f"the record of the table shows {plural(count, 'stretch')} of constant rate: each is used as a step"
     )
 
 
 def lowest(frequency: float) -> str:
     """Which of several sinusoids tells the scale factor."""
-    return f"the scale factor is that at the lowest frequency, {frequency:.4g} Hz"
+    return f"the scale factor is the one at the lowest frequency, {frequency:.4g} Hz"

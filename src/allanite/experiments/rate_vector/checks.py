@@ -54,8 +54,8 @@ class VectorCheck(CheckResult):
         match self.kind:
             case VectorCheckKind.SIZE:
                 return (
-                    f"the quiet stretches of {self.channel} scatter {self.ratio:.2f} times as much as the model says: "
-                    "the interval comes from their own noise"
+                    f"the quiet stretches of {self.channel} scatter {self.ratio:.2f} times as much as the model "
+                    "predicts: the interval comes from their own noise"
                 )
             case VectorCheckKind.POSES:
                 return (

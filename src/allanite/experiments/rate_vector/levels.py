@@ -117,8 +117,8 @@ def levels_of_record(rows: LevelRows, axis: int, channel: str) -> Levels:
     offset, unit = float(np.nanmedian(y)), float(np.nanstd(y))
     if not unit > 1e-12 * abs(offset):
         raise DataQualityError(
-            f"channel {channel!r}: the means of its quiet stretches do not vary, so nothing can be said about their "
-            "error; the sensor is stuck, or its samples are too coarse"
+            f"channel {channel!r}: the means of its quiet stretches do not vary, so their error is unknown; the sensor "
+            "is stuck, or its samples are too coarse"
         )
     fits = []
     for angle in ANGLE:

@@ -184,7 +184,7 @@ class RateVector(Result):
             case EarthRateVerdict.CONTRADICTS:
                 return words.excluded(*self.interval)
             case EarthRateVerdict.INCONSISTENT:
-                return f"{self.contradictions[0].says}: bias and Earth together are not the Earth alone"
+                return f"{self.contradictions[0].says}: the sum of bias and Earth is not the Earth's rotation"
         backed = any(c.kind is VectorCheckKind.LATITUDE and c.passed for c in self.checks)
         return words.resolved(self.length, *self.interval, backed=backed)
 

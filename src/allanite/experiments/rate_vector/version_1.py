@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
+from allanite.experiments.rate_vector.verdict import LeftOut
 from allanite.experiments.rate_vector.words import LEFT_OUT
 from allanite.quantities.earlier_documents import entries, quantity_entry
 
@@ -13,7 +14,13 @@ __all__ = ["upgraded"]
 
 _SIZE = "size of the noise, "
 _RESTLESS = re.compile(r"even where the sensor moves least, it moves (\S+) times as much")
-_WHY = {words: str(code) for code, words in LEFT_OUT.items()}
+#: As version 1 worded them.
+_WORDS = {
+    **LEFT_OUT,
+    LeftOut.BESIDE: "beside a disturbance",
+    LeftOut.OFF: "its mean is off that of the other quiet parts: a slow rotation, or a drift of the bias",
+}
+_WHY = {words: str(code) for code, words in _WORDS.items()}
 
 
 def upgraded(data: Mapping[str, object]) -> dict[str, object]:

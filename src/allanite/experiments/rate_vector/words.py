@@ -23,31 +23,33 @@ __all__ = [
 _EARTH = EARTH_RATE / DEG_H
 
 STATEMENT = (
-    "the length is |bias + Earth|: the biases of the three gyros are in it, and nothing but turning the sensor "
-    f"separates them from the Earth. Only a sensor whose biases are well below {_EARTH:.0f} deg/h measures the Earth's "
-    "rotation this way"
+    "the length is |bias + Earth|: it includes the biases of the three gyros, and only turning the sensor separates "
+    "them from the Earth's rotation. A sensor measures that rotation this way only if its biases are well below "
+    f"{_EARTH:.0f} deg/h"
 )
 LEFT_OUT = {
     LeftOut.MOVING: "moves more than the quiet parts",
-    LeftOut.BESIDE: "beside a disturbance",
-    LeftOut.OFF: "its mean is off that of the other quiet parts: a slow rotation, or a drift of the bias",
+    LeftOut.BESIDE: "next to a disturbance",
+    LeftOut.OFF: "its mean differs from that of the other quiet parts: a slow rotation, or a drift of the bias",
     LeftOut.MISSING: "samples missing",
     LeftOut.SHORT: "too short between two turns of the sensor",
     LeftOut.REST: "too short for a cell, at the end of the record",
 }
 REMARKS = {
     VectorRemark.UNDISTURBED: "record longer, with nobody near the sensor and engines off",
-    VectorRemark.LONGER: "record longer, or with a sensor of less noise",
-    VectorRemark.TURN: "turn the sensor about a known axis, which separates its biases from the Earth",
+    VectorRemark.LONGER: "record longer, or use a sensor with less noise",
+    VectorRemark.TURN: "turn the sensor about a known axis to separate its biases from the Earth's rotation",
     VectorRemark.HALF_TURN: (
-        "turn the sensor by half a turn about a level axis and record both poses as long as the longest"
+        "turn the sensor by half a turn about a level axis, and record both poses for as long as the longest"
     ),
 }
 
 
 def in_poses(count: int) -> str:
     """That the vector is that of one pose only."""
-    return f"the sensor stood in {plural(count, 'pose')}: the length is from all of them, the vector from the longest"
+    return (
+        f"the sensor had {plural(count, 'pose')}: all of them give the length, the longest gives the vector"
+    )
 
 
 def no_rest(quiet: float, duration: float, cell: float) -> str:
@@ -58,15 +60,15 @@ def no_rest(quiet: float, duration: float, cell: float) -> str:
 def all_moves(restlessness: float) -> str:
     """Why nothing is measured: there is no rest to compare with."""
     return (
-        f"no quiet stretch: even where the sensor moves least, it moves {restlessness:.1f} times as much over seconds "
-        "as over parts of a second, which no noise of a sensor at rest does"
+        f"no quiet stretch: even at its quietest the sensor moves {restlessness:.1f} times as much over seconds as "
+        "over fractions of a second, which noise at rest does not do"
     )
 
 
 def too_small(length: float, sd: float, high: float) -> str:
     """Why the length is not resolved."""
     return (
-        f"the length, |bias + Earth|, is {length / sd:.1f} standard deviations from zero, {SEEN:g} are needed; it is "
+        f"the length, |bias + Earth|, is {length / sd:.1f} standard deviations from zero; {SEEN:g} are required. It is "
         f"below {_text(high)} deg/h"
     )
 
@@ -76,8 +78,8 @@ def excluded(low: float, high: float) -> str:
     least = max(low / DEG_H - _EARTH, _EARTH - high / DEG_H) * DEG_H
     return (
         f"the length is |bias + Earth|: its interval {_text(low)} to {_text(high)} deg/h excludes the known "
-        f"{_EARTH:.3f} deg/h, so the biases are together at least {_text(least)} deg/h (or the scale factors are "
-        "wrong): this is no measurement of the Earth"
+        f"{_EARTH:.3f} deg/h, so the biases together are at least {_text(least)} deg/h (or the scale factors are "
+        "wrong). This does not measure the Earth's rotation"
     )
 
 
@@ -86,8 +88,8 @@ def resolved(length: float, low: float, high: float, *, backed: bool) -> str:
     length, low, high = (x / DEG_H for x in (length, low, high))
     support = "its direction agrees with the latitude" if backed else "nothing in this record bounds them"
     return (
-        f"{length:.3f} deg/h, and the interval {low:.3f} to {high:.3f} deg/h holds the known {_EARTH:.3f}; this is the "
-        f"Earth if the biases are well below it ({support})"
+        f"{length:.3f} deg/h, and the interval {low:.3f} to {high:.3f} deg/h includes the known {_EARTH:.3f}; this is "
+        f"the Earth's rotation if the biases are well below it ({support})"
     )
 
 

@@ -86,20 +86,21 @@ def combine(
     directions : array_like, shape (n, 3), optional
         Unit vectors along the sensitive axes; without them all sensors lie along one axis.
     channels : sequence of str, optional
-        By default all rates, or all accelerations.
+        Channels to combine; by default all rates, or all accelerations.
     averaging : float, optional [s]
-        For which the weights are the best. By default where white noise falls to the slow noise, at most a sixteenth
-        of the record.
+        Averaging time for which the weights are best. By default the time at which white noise falls to the slow noise,
+        at most a sixteenth of the record.
     rest : bool
         The record is at rest: the noise that sensors share is measured on it and enters the weights. Otherwise the
         models alone do.
     window : float, optional [s]
-        Of the parity; by default a thousandth of the record.
+        Window of the parity; by default a thousandth of the record.
     false_alarm : float
         Probability of any fault in a record without one.
     motion_error : float
         Standard uncertainty of scale factors (relative) and axes [rad], which motion turns into parity.
     confidence : float
+        Confidence level of the intervals.
     progress : callable, optional
         Called with a fraction and words.
 

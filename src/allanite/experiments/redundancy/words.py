@@ -22,10 +22,10 @@ __all__ = [
     "unusual",
 ]
 
-MOTION = "noise that looks like motion to all sensors no parity sees: if the record was not at rest, say so"
+MOTION = "parity cannot see noise that looks like motion to all sensors: if the record was not at rest, use --moving"
 MOVED = "the record was not at rest: the weights come from the models alone, and no gain is measured"
-EVERYWHERE = "every window lies in the span of a fault: shared noise and gain are measured with the faults in"
-STAYS = "a fault whose sensor is not known stays in the recording"
+EVERYWHERE = "every window contains part of a fault: shared noise and gain include the faults"
+STAYS = "a fault of an unidentified sensor stays in the recording"
 
 _DOES = {
     FaultKind.STEP: "steps",
@@ -37,15 +37,15 @@ _DOES = {
 
 def no_contradiction(false_alarm: float) -> str:
     """What was looked for and is not there."""
-    return f"no window of their parity contradicts the noise models ({100 * false_alarm:g} % false alarms)"
+    return f"no parity window contradicts the noise models ({100 * false_alarm:g} % false alarms)"
 
 
 def fault_sentence(kind: FaultKind, sensor: str | None, who: str, duration: float, parities: int) -> str:
     """What happened, and why its sensor is not named where it is not; `who` did it, for so long [s]."""
     if kind is FaultKind.STUCK:
-        return f"{who} gives the same number for {duration:g} s"
+        return f"{who} repeats one value for {duration:g} s"
     if kind is FaultKind.OTHER:
-        return "the sensors contradict each other as no single fault explains"
+        return "no single fault explains how the sensors contradict each other"
     if sensor is not None:
         return f"{who} {_DOES[kind]}"
     alone = parities == 1
@@ -58,11 +58,11 @@ def isolation_sentence(sensors: int, parities: int, alike: Sequence[Sequence[str
     """What the geometry lets the parity tell."""
     if parities == 1:
         axes = f"{sensors - 1} axes" if sensors > 2 else "one axis"
-        return f"{sensors} sensors of {axes} have one parity: a fault is seen, but not whose it is"
+        return f"{sensors} sensors of {axes} have one parity: a fault is detected, but its sensor is not identified"
     if alike:
         groups = "; ".join(" and ".join(group) for group in alike)
-        return f"a fault is seen and its sensor named, but not apart: {groups}"
-    return "a fault is seen, and its sensor named"
+        return f"a fault is detected and its sensor identified, except between {groups}"
+    return "a fault is detected and its sensor identified"
 
 
 # -- remarks ------------------------------------------------------------------------------------------------
@@ -73,7 +73,7 @@ def shared_sentence(first: str, second: str, tau: float, correlation: Quantity) 
     r = correlation
     return (
         f"noise is shared by {first} and {second}: correlation {r.value:.2f} [{r.lower:.2f}, {r.upper:.2f}] of means "
-        f"over {tau:.3g} s; the weights take it into account"
+        f"over {tau:.3g} s; the weights account for it"
     )
 
 
@@ -84,11 +84,13 @@ def more_pairs(count: int) -> str:
 
 def unusual(ratio: float) -> str:
     """That the parity has another noise than the models say."""
-    word = "the tests allow for it" if ratio > 1 else "the tests are stricter than need be"
-    return f"the sensors disagree {ratio:.2f} times as much as the models say: {word}"
+    word = "the tests allow for it" if ratio > 1 else "the tests are stricter than necessary"
+    return f"the sensors disagree {ratio:.2f} times as much as the models predict: {word}"
 
 
 def left_out(names: Sequence[str], *, at_rest: bool) -> str:
     """What the recording is without."""
-    whole = "; deviation and gain are those of the whole recording" if at_rest else ""
-    return f"the recording goes on without {', '.join(names)} in the spans above and is noisier there{whole}"
+    whole = "; deviation and gain describe the whole recording" if at_rest else ""
+    return (
+        f"the recording continues without {', '.join(names)} in the spans above and is noisier there{whole}"
+    )

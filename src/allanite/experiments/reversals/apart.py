@@ -53,19 +53,19 @@ class PositionsApart(Result):
     def _sentences(self) -> Iterator[str]:
         what, when = ("rows", "taken") if self.rows else ("files", "recorded")
         time = (
-            "the time between the positions is that of the table"
+            "the table gives the time between the positions"
             if self.rows
-            else "the time between the files is that of their stamps"
+            else "the time stamps of the files give the time between them"
         )
         if self.assumed is not None:
-            between = f"{self.assumed:g} s are assumed between them (--between)"
-            time = f"the {what} do not say when they were {when}: {between}"
+            between = f"{self.assumed:g} s between them are assumed (--between)"
+            time = f"the {what} do not state when they were {when}: {between}"
         if self.least is not None:
-            time += f"; slow noise is allowed {self.least:g} s between rows at least, as long as a mean"
+            time += f"; slow noise has at least {self.least:g} s between rows, as long as a mean"
         if self.count > 1:
             yield time
         if self.sd_ignored:
-            yield f"the noise is that of the model: {_SD_IGNORED}"
+            yield f"the noise comes from the model: {_SD_IGNORED}"
 
 
 def apart_of_sentences(advice: Sequence[str]) -> dict[str, object] | None:

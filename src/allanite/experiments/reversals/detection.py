@@ -35,12 +35,12 @@ def find_reversals(
         A gyro whose sensitive axis is horizontal, or vertical, turned by about 180 deg every 10 to 600 s, each turn
         within 10 s. Volts, counts and unknown units will do.
     channel : str, optional
-        Needed where the recording holds several gyro channels.
+        Name of the gyro channel, if the recording has several.
     first : "north", "south", "up", "down" or None
-        Where the axis pointed at first. One axis cannot tell: with None signs are given as if it had been north, and
-        say so in `Reversals.first`.
+        First direction of the axis. One axis cannot show it: with None the signs assume north, and `Reversals.first`
+        says so.
     dead_time : float [s]
-        Not used after each turn.
+        Time left out after each turn.
 
     Returns
     -------

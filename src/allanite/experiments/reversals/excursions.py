@@ -263,8 +263,8 @@ class _LevelTrack:
             windows.append(_windows(grid, grid.padded(block)))
         if present < 8:
             raise DataQualityError(
-                f"channel {signal.name!r} holds {present} samples: turns cannot be looked for. "
-                "Choose another channel, or look for the fault in the log"
+                f"channel {signal.name!r} has {present} samples: too few to detect turns. Choose another channel, or "
+                "look for the fault in the log"
             )
         levels, noise, calm = (np.concatenate(parts) for parts in zip(*windows, strict=True))
         stuck = _beyond_chance(equal.spans(), present, repeats)

@@ -50,39 +50,39 @@ def _of_mode(
 ) -> Iterator[Finding]:
     turns = judgement.turns
     if judgement.scale.mode == "size":
-        why = "without a physical unit their angle is not known"
+        why = "without a physical unit their angle is unknown"
         if surveyed.physical:
             half = math.degrees(judgement.scale.half)
             why = f"they agree with each other at {half:.3g} deg, not with half turns of 180 deg"
         advice = (
-            "none needed if the gyro was turned across its axis, over or about the vertical: it hardly sees that. Else "
-            "check unit, scale factor and channel, or " + _give_turns(surveyed, judgement)
+            "none needed if the gyro was turned about an axis across its own, which it hardly senses. Otherwise check "
+            "unit, scale factor and channel, or " + _give_turns(surveyed, judgement)
         )
         if over is not None:
-            why += f"; {over.says}: the sensor was turned over, which a gyro across that turn hardly sees"
-            upright = "" if over.along else "if the gyro's own axis stood upright, "
+            why += f"; {over.says}: the sensor was turned over, which a gyro across that turn hardly senses"
+            upright = "" if over.along else "if the gyro axis was vertical, "
             ways = f"--first {over.first}" if over.along else "--first up or --first down"
-            advice = f"none needed for the turns; {upright}say where it pointed first: {ways}"
+            advice = f"none needed for the turns; {upright}state where it pointed first: {ways}"
         yield _finding(
             surveyed,
             "turns_by_size",
-            f"{plural(len(turns), 'turn')} told by size: {why}",
+            f"{plural(len(turns), 'turn')} identified by size: {why}",
             Severity.WARNING if surveyed.physical and over is None else Severity.INFO,
             turns[:1],
             len(turns),
             advice,
-            "excursions of equal size that are not half turns would alternate the direction wrongly",
+            "if these excursions are not half turns, the directions are wrong",
         )
     elif judgement.scale.mode == "rhythm":
         yield _finding(
             surveyed,
             "turns_by_rhythm",
-            f"{plural(len(turns), 'turn')} told by their even intervals alone: the excursions leave no angle",
+            f"{plural(len(turns), 'turn')} identified by even intervals alone: the excursions give no angle",
             Severity.WARNING,
             turns[:1],
             len(turns),
             _give_turns(surveyed, judgement),
-            "a knock in time with the turns would alternate the direction wrongly",
+            "a knock in time with the turns would be counted as one and reverse the direction",
         )
 
 
@@ -108,12 +108,12 @@ def _of_angle(surveyed: SurveyedSignal, judgement: TurnJudgement) -> Iterator[Fi
         yield _finding(
             surveyed,
             "turn_unlike",
-            f"{plural(len(odd), 'turn')} not of half a turn: {named}{_and_more(odd)}",
+            f"{plural(len(odd), 'turn')} of other than 180 deg: {named}{_and_more(odd)}",
             Severity.WARNING,
             odd,
             len(odd),
-            "after a quarter turn the direction counts as unknown until it is undone or completed",
-            "a turn cut short leaves the axis off the line of the others: the rate reads too small",
+            "after a quarter turn the direction is unknown until the turn is undone or completed",
+            "an incomplete turn misaligns the axis: the rate reads too small",
         )
     clipped = [t for t in judgement.turns if t.clipped and t not in judgement.hidden]
     if clipped:
@@ -151,19 +151,19 @@ def _of_rhythm(
             long,
             len(long),
             "none needed: the direction is counted by the turns that were made",
-            "a turn that left no trace in the signal would reverse the direction of all that follows",
+            "a turn that left no trace in the signal would reverse the direction from there on",
         )
     if short:
         yield _finding(
             surveyed,
             "turn_doubled",
             f"{plural(len(short), 'dwell')} much shorter than the usual {usual}, at {times(surveyed.rate, short)}: "
-            "turned twice, or one of the turns is none",
+            "turned twice, or one of them is not a turn",
             Severity.WARNING,
             short,
             len(short),
-            "compare with the notes taken; " + _give_turns(surveyed, judgement),
-            "if one of the two was no half turn, the direction of all that follows is reversed",
+            "compare with your notes; " + _give_turns(surveyed, judgement),
+            "if one of the two was no half turn, the direction is reversed from there on",
         )
 
 
@@ -175,22 +175,22 @@ def _of_dropouts(
         yield _finding(
             surveyed,
             "turn_hidden",
-            f"{plural(len(hidden), 'turn')} not seen but told by the others, at {times(surveyed.rate, hidden)}: "
-            f"{hidden[0].evidence}",
+            f"{plural(len(hidden), 'turn')} not visible but inferred from the others, at "
+            f"{times(surveyed.rate, hidden)}: {hidden[0].evidence}",
             Severity.WARNING,
             hidden,
             len(hidden),
-            "compare with the notes taken; " + _give_turns(surveyed, judgement),
-            "if it was no turn, the direction of all that follows is reversed",
+            "compare with your notes; " + _give_turns(surveyed, judgement),
+            "if it was no turn, the direction is reversed from there on",
         )
     hiding = [d for d in judgement.disturbed if d.hides]
     lost = [p for p in positions if p.sign == 0 and p.segment > 0]
     if hiding:
         span = sum(p.stop - p.start for p in lost) / surveyed.rate
         after = (
-            f"{span:.0f} s after it have no direction"
+            f"the direction of {span:.0f} s after it is unknown"
             if lost
-            else "the sense of later turns tells the direction"
+            else "the sense of later turns gives the direction"
         )
         yield _finding(
             surveyed,
@@ -201,20 +201,20 @@ def _of_dropouts(
             hiding,
             len(hiding),
             _give_turns(surveyed, judgement),
-            "with a direction that is guessed, half of the record would count against the other half",
+            "a wrong guess of the direction would cancel one half of the record against the other",
         )
     if judgement.settled and judgement.turns:
         yield _finding(
             surveyed,
             "gap_without_turn",
-            f"{plural(len(judgement.settled), 'stretch')} without readings taken to hide no turn, at "
+            f"{plural(len(judgement.settled), 'stretch')} without readings, assumed to hide no turn, at "
             f"{', '.join(f'{d.start / surveyed.rate:.1f} s' for d in judgement.settled[:PLACES])}"
             f"{_and_more(judgement.settled)}",
             Severity.INFO,
             [Disturbance(start=d.start, stop=d.stop, kind=d.kind) for d in judgement.settled],
             len(judgement.settled),
-            "compare with the notes taken",
-            "if a turn was made there, the direction of all that follows is reversed",
+            "compare with your notes",
+            "if a turn was made there, the direction is reversed from there on",
         )
 
 
@@ -230,7 +230,7 @@ def _of_disturbances(surveyed: SurveyedSignal, judgement: TurnJudgement) -> Iter
             Severity.INFO,
             knocks,
             len(knocks),
-            "none needed; with --turns they count as what the file says",
+            "none needed; with --turns the file decides what they are",
             "",
         )
     stuck = [d for d in judgement.disturbed if d.kind == "stuck"]
@@ -243,8 +243,8 @@ def _of_disturbances(surveyed: SurveyedSignal, judgement: TurnJudgement) -> Iter
             Severity.WARNING,
             stuck,
             len(stuck),
-            "find why the reading froze",
-            "a frozen reading pulls the mean of its dwell towards one sample",
+            "find out why the reading froze",
+            "a frozen reading pulls the mean of its dwell toward one sample",
         )
 
 
@@ -261,26 +261,26 @@ def off_schedule(
         yield _finding(
             surveyed,
             "turn_not_listed",
-            f"{plural(len(extra), 'turn')} in the signal that the list does not hold, at "
+            f"{plural(len(extra), 'turn')} in the signal but not in the list, at "
             f"{times(surveyed.rate, extra)}: cut out, without a change of direction",
             Severity.WARNING,
             extra,
             len(extra),
             "compare list and signal: is a turn missing, is the period right, does the time start with the record?",
-            "if these were turns, the direction of all that follows is reversed",
+            "if these were turns, the direction is reversed from there on",
         )
     unseen = [t for t in turns if not _touches(t, visible_spans)]
     if unseen and len(visible_turns) > 0:
         yield _finding(
             surveyed,
             "turn_not_seen",
-            f"{len(unseen)} of {plural(len(turns), 'turn')} listed, but not in the signal, at "
+            f"{len(unseen)} of {plural(len(turns), 'turn')} in the list but not in the signal, at "
             f"{times(surveyed.rate, unseen)}",
             Severity.WARNING,
             unseen,
             len(unseen),
-            "compare list and signal; without the list the turns are read off the signal",
-            "if the sensor was not turned there, the direction of all that follows is reversed",
+            "compare list and signal; without a list the turns come from the signal",
+            "if the sensor was not turned there, the direction is reversed from there on",
         )
 
 

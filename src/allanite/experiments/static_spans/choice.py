@@ -51,10 +51,11 @@ def find_rests(
     Parameters
     ----------
     recording : Recording
+        Recording of the unit.
     gyro, accelerometer : sequence of str, optional
         Three channels each, by axis; by default the only ones of their kind.
     model : NoiseModel or mapping of channel name to NoiseModel, optional
-        As of `find_static_spans`.
+        Noise models as for `find_static_spans`.
     """
     still = find_static_spans(recording, gyro=gyro, accelerometer=accelerometer, model=model)
     held = find_held_spans(recording, gyro=gyro, accelerometer=accelerometer)

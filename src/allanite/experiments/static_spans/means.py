@@ -72,12 +72,12 @@ class SdColumns(Result):
     @property
     def says(self) -> str:
         """The same in a sentence."""
-        taken = f"columns {', '.join(self.names)} are taken for standard deviations of the"
+        taken = f"columns {', '.join(self.names)} are used as standard deviations of the"
         if not self.count:
             return f"{taken} means"
         return (
-            f"{taken} readings, and divided by the root of their number ({self.count}), as of white noise; slow noise "
-            "is seen in the scatter of the positions alone"
+            f"{taken} readings, and divided by the root of their number ({self.count}) as for white noise; only the "
+            "scatter of the positions shows slow noise"
         )
 
 

@@ -30,44 +30,45 @@ def remarks(
     dead = ~empty & ~np.isfinite(cells.step)
     if empty.any():
         out.append(
-            f"{_listed(names, empty)} {_hold(empty)} no sample: without it nothing can be said to be at rest"
+            f"{_listed(names, empty)} {'have' if empty.sum() > 1 else 'has'} no samples, and without them rest cannot "
+            "be detected"
         )
     if dead.any():
         out.append(
-            f"{_listed(names, dead)} {_hold(dead)} one value throughout, and shows no motion: is it connected?"
+            f"{_listed(names, dead)} {'repeat' if dead.sum() > 1 else 'repeats'} one value throughout: not connected?"
         )
     dead |= empty
     foreign = rest_scan.over_model > FOREIGN
     if foreign.any():
         out.append(
             f"the quietest parts of {_listed(names, foreign)} move {np.nanmax(rest_scan.over_model):.3g} times as "
-            "much from sample to sample as the model says: is it the model of this sensor, in this unit? Without a "
-            "model the record's own floor is taken"
+            "much from sample to sample as the model predicts: is it the model of this sensor, in this unit? Without a "
+            "model the noise floor of the record is used"
         )
     kinds = {m.why for m in moving}
     if "turning" in kinds:
         out.append(
-            f"{_count(moving, 'turning')} left out although their rate is even: its mean is off that of the other "
-            "spans, so the unit turned, or its bias jumped"
+            f"{_count(moving, 'turning')} left out despite a steady rate: the mean differs from that of the other "
+            "spans, so the unit turned or its bias jumped"
         )
     if "frozen" in kinds:
         out.append(f"{_count(moving, 'frozen')} left out: {WHY['frozen']}")
     flat = (rest_scan.fall > FLAT) & ~rest_scan.counted
     if has_rest and flat.any():
         out.append(
-            f"what passes for noise of {_listed(names, flat)} does not fall over means of 0.05 to 0.8 s, as that of "
-            "most sensors at rest does: the record may hold no rest but a hand that holds still. A noise model tells"
+            f"the noise of {_listed(names, flat)} does not fall over means of 0.05 to 0.8 s as it does in most sensors "
+            "at rest: the unit may have been held by hand. A noise model decides"
         )
     counted = rest_scan.counted & ~dead
     if counted.any():
         out.append(
-            f"the noise of {_listed(names, counted)} is below one count: motion below that is not seen"
+            f"the noise of {_listed(names, counted)} is below one count: smaller motion is not detected"
         )
     if not axes.gyro:
-        out.append("without gyros a rotation about the vertical is not seen")
+        out.append("without gyros, a rotation about the vertical is not detected")
     if not axes.accelerometer:
         out.append(
-            "without accelerometers a rotation that is slow against the noise of the gyros is not seen"
+            "without accelerometers, a rotation that is slow compared with the gyro noise is not detected"
         )
     return tuple(out)
 
@@ -76,7 +77,7 @@ def _nothing(cells: ChannelCells, moving: Sequence[MovingSpan]) -> str:
     if any(m.why == "held" for m in moving):
         return (
             "nothing is at rest: in the quietest parts the accelerometers tilt as the gyros turn, so the unit was held "
-            "by hand, or lay on something that sways. What looks like the floor of the noise is motion"
+            "by hand or lay on something that sways. What looks like the noise floor is motion"
         )
     parts = {m.why: _length(moving, m.why) for m in moving}
     size = cells.size * cells.n
@@ -85,10 +86,6 @@ def _nothing(cells: ChannelCells, moving: Sequence[MovingSpan]) -> str:
     return statement + (
         "; a noise model of the sensors (--model) tells rest from slow motion" if "smooth" in parts else ""
     )
-
-
-def _hold(which: NDArray[np.bool_]) -> str:
-    return "hold" if np.count_nonzero(which) > 1 else "holds"
 
 
 def _length(moving: Sequence[MovingSpan], why: str) -> int:

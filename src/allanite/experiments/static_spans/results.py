@@ -22,14 +22,14 @@ Index = NDArray[np.int64]
 #: Why a stretch is not used as rest.
 WHY = {
     "moving": "moves more than noise does",
-    "beside": "beside a motion",
+    "beside": "next to a motion",
     "missing": "samples missing",
     "frozen": "the samples repeat one value: clipped, or frozen",
-    "turning": "its mean rate is off that of the other spans: it turns evenly",
+    "turning": "its mean rate differs from that of the other spans: a steady rotation",
     "held": "the accelerometers tilt as the gyros turn: held by hand, or on something that sways",
     "short": "too short",
     "smooth": "its noise falls in no axis over means of 0.05 to 0.8 s: slow motion",
-    "unlisted": "outside of the spans given",
+    "unlisted": "outside the given spans",
 }
 
 

@@ -129,7 +129,7 @@ def read(
         For samples in volts or counts, e.g. "24.0 mV/(deg/s)", {"gyro": "131 LSB/(deg/s)"}. A standard uncertainty,
         "24.0(2) mV/(deg/s)" or "24.0 ± 0.2 mV/(deg/s)", enters the intervals of fitted models.
     delimiter, decimal : str, optional
-        For text whose dialect cannot be told: "," ";" "tab" "blank" "|", and "." or ",".
+        Dialect of a text, if it is ambiguous: "," ";" "tab" "blank" "|", and "." or ",".
     topic : str, optional
         For ROS logs with several IMU topics ("/driver.left.imu" for one inside of another message); for flight logs
         the message and instance, "GYR[0]", "sensor_gyro[1]".
@@ -139,7 +139,7 @@ def read(
         (R), the sheet (spreadsheets), the record type, kind of sentence or sensor identity (text), or the part of a run
         whose settings changed ("2").
     layout : path or mapping, optional
-        For raw binary files and texts of hexadecimal words: the YAML file that says what their records hold, or its
+        Layout of raw binary files and texts of hexadecimal words: a YAML file that describes their records, or its
         content as plain data.
     time : str, optional
         The time column, and its unit where the file does not hold it: "t", "t:ms", "2" (columns count from 1; rows of a
@@ -150,15 +150,15 @@ def read(
         The part between two times since the first sample, by the stamps as they are (where there are none, or `rate`
         sets them aside, by the samples): it is cut before a time grid is made.
     kind : "phase" or "frequency", optional
-        For clocks and counters: the samples are the time error x(t), in s, ns, ps or cycles of a carrier, or fractional
-        frequency. A phase is then never taken for time.
+        Kind of the samples of clocks and counters: the time error x(t), in s, ns, ps or cycles of a carrier, or
+        fractional frequency. A phase is then never read as time.
     carrier : float, optional [Hz]
-        For a phase in cycles, rad or deg, and for a frequency in Hz.
+        Frequency of the carrier, for a phase in cycles, rad or deg, and for a frequency in Hz.
 
     Returns
     -------
     Recording
-        What was understood stands in its `notes` and in the first step of its `history`.
+        Recording; its `notes` and the first step of its `history` state how the file was read.
 
     Raises
     ------

@@ -131,11 +131,11 @@ class Consistency(Result):
             return "; ".join(faults)
         if math.isnan(self.whiteness_p):
             return "in size; too few samples for a test of whiteness"
-        return "the innovations have the size and the whiteness that the noise model says"
+        return "the innovations have the size and the whiteness that the noise model predicts"
 
     def _size(self) -> str:
         larger = "larger" if self.nis > 1 else "smaller"
-        return f"the noise is {larger} than the model says by {_ratio(math.sqrt(self.nis))}"
+        return f"the noise is {larger} than the model predicts by {_ratio(math.sqrt(self.nis))}"
 
     def __repr__(self) -> str:
         return f"<Consistency of {self.count} innovations: {self.verdict}: {self.reason}>"

@@ -99,7 +99,7 @@ class FilterConditions(Result):
         if not self.drifting:
             yield (
                 FilterRemark.NO_DRIFT,
-                "the model holds no drift, so nothing is removed from the samples",
+                "the model has no drift, so nothing is removed from the samples",
             )
         if self.flicker_states is not None:
             many = self.flicker_states > 1
@@ -113,12 +113,12 @@ class FilterConditions(Result):
         if self.broke:
             yield (
                 FilterRemark.ROUNDING,
-                f"{self.broke} rows broke the covariance by rounding: the square-root form was used instead",
+                f"rounding broke the covariance in {self.broke} rows: the square-root form was used instead",
             )
         if self.left_out:
             yield (
                 FilterRemark.LEFT_OUT,
-                f"{self.left_out} rows were left out: the model says that they hold no noise, yet they differ",
+                f"{self.left_out} rows were left out: the model gives them no noise, yet they differ",
             )
 
 

@@ -181,21 +181,22 @@ def filter_recording(
     recording : Recording
         Missing samples are predicted over.
     model : NoiseModel or mapping of channel name to NoiseModel
-        In SI, as a fit gives it; `Study.models` is such a mapping. Where the fit could not decide between two families,
-        the one that drifts more over half of the record is filtered; with flicker="single" the first.
+        Model in SI, as a fit gives it; `Study.models` is such a mapping. If the fit could not decide between two
+        families, the one that drifts more over half of the record is filtered; with flicker="single" the first.
     channel : str, optional
         Needed where more than one could be meant.
     smooth : bool
         Estimate the drift at each sample from the whole record. The mean of the corrected samples is then the level.
     form : "covariance" or "square root"
-        The second is used by itself, and said, where rounding breaks the first.
+        Form of the filter. The second is used automatically, and reported, if rounding breaks the first.
     flicker : "sum" or "single"
         A sum of Gauss-Markov terms, flat over the band of the record; or one term, of correlation time `T`, as the
         seed paper has it. One term needs a time that records hardly determine, and its standard deviation is 11-18 %
         too small for T of 100-1000 s if the noise is 1/f.
     T : float, optional [s]
+        Correlation time of the single term.
     ratio : float
-        Of the correlation times of the sum (see `NoiseModel.state_space`).
+        Ratio of the correlation times of the sum (see `NoiseModel.state_space`).
     progress : callable, optional
         Called with the fraction done.
 

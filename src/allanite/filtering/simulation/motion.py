@@ -52,21 +52,21 @@ class Motion:
     turn_time : tuple of float [s]
         Shortest and longest duration of a turn.
     unsteadiness : float
-        Of the hand: relative size of the departures from the smoothest turn; the angle turned does not depend on it.
+        Relative size of the departures of the hand from the smoothest turn; the angle turned does not depend on it.
     coupling : float
-        Part of the turn that the sensitive axis itself sees. A level axis on a level table sees nothing at all of
-        being turned about the vertical; a box in the hand is rolled and tilted on the way. 1 writes the whole angle.
+        Part of the turn that the sensitive axis itself sees. A level axis on a level table does not see a turn about
+        the vertical; a box in the hand rolls and tilts on the way. 1 is the whole angle.
     dwell_sd : float [s]
-        By how much the operator misses the start of a turn; the errors do not add up, for he has a clock.
+        Standard deviation of the start of a turn; a clock keeps the errors from adding up.
     missed : tuple of int
-        Turns, counted from 0, that the operator forgets; he goes on as if nothing had happened.
+        Turns, counted from 0, that the operator forgets.
     pointing_offset, pointing_sd : float [rad]
         Error of every position's heading: its constant and its random part.
     settling_angle : float or (float, float) [rad]
         Rotation that is left after a turn and creeps back into the sensitive axis, in the sense of the turn. It ends
         at the next turn.
     settling_time : float or (float, float) [s]
-        Its time constant.
+        Time constant of the settling.
     coherent_bias, coherent_heading : float [rad/s], [rad]
         A bias b cos(heading - coherent_heading) that turns with the sensor (magnetic field, gravity on a leaning
         table): +b pointing north, -b pointing south.
@@ -75,16 +75,17 @@ class Motion:
     knocks_per_hour : float [1/h]
         More of them, at random times.
     knock_size, knock_length : float [rad/s], [s]
+        Size and length of a knock.
     elevation : float [rad]
-        Of the sensitive axis over the plane of the table. It adds a constant, which turning cancels.
+        Elevation of the sensitive axis above the plane of the table. It adds a constant, which turning cancels.
     table_tilt, table_tilt_heading : float [rad]
         By how much the table's axis leans, and towards which heading. That tilt turns with the sensor and nothing
         cancels it: leaning north, Omega cos(latitude) becomes Omega cos(latitude + tilt). A table that lies on its
         side, by pi/2 towards pi, turns the axis over instead: heading 0 points up, heading pi down.
     full_scale : float or None [rad/s]
-        Of sensor or converter; a sample beyond it is an overload.
+        Range of sensor or converter; a sample beyond it is an overload.
     overload : "clip", "nan" or "1e38"
-        What is written for one: the full scale, a missing sample, or the 1E38 of a bench multimeter.
+        Value written for an overload: the full scale, a missing sample, or the 1E38 of a bench multimeter.
     axes : mapping of channel name to float [rad]
         Heading of each sensitive axis relative to the heading of the table, for sensors with several axes. A single
         axis needs none.
@@ -140,9 +141,9 @@ class Motion:
         Parameters
         ----------
         dwell : float or array_like [s]
-            One length, or several that are gone through again and again.
+            One length, or several that repeat in order.
         first : "north" or "south"
-            Where the axis points at the start.
+            Direction of the axis at the start.
         onward : bool
             Turn ever onward instead of forth and back.
         **options

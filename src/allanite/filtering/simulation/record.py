@@ -83,8 +83,9 @@ def simulate(
     model : NoiseModel or mapping of channel name to NoiseModel
         Coefficients in SI (in the channel's own unit where `unit` has no SI value). Channels are independent.
     rate : float [Hz]
+        Sample rate.
     duration : float [s]
-        The record holds round(duration * rate) samples.
+        Length of the record, which has round(duration * rate) samples.
     seed : int
         The same seed gives the same samples, whatever the block size; each channel draws its own streams from it.
     sampling : "mean" or "point"
@@ -107,6 +108,7 @@ def simulate(
     scale_error : float or mapping of channel name to float
         Relative error of the scale factor.
     turn_on_bias : float or mapping of channel name to float [rad/s]
+        Bias of the power-on.
     warm_up : (float, float), optional [rad/s], [s]
         Adds amplitude exp(-t/time constant), t since the first sample, to every channel.
     temperature : Temperature, optional
@@ -117,7 +119,7 @@ def simulate(
     Returns
     -------
     Recording
-        Its history holds the models and the seed, all that was asked for besides, and under "motion" the truth: the
+        Recording; its history contains the models, the seed and all other settings, and under "motion" the truth: the
         turns (start, stop [s], angle [rad]), the positions (start, stop [s], true and nominal heading [rad], of the
         table), missed turns, knocks, and the parameters of the motion.
 

@@ -46,15 +46,17 @@ class Temperature:
     Attributes
     ----------
     start : float [°C]
+        Temperature at the start.
     drift : float [K/s]
+        Linear drift.
     rise, time_constant : float [K], [s]
-        Of the warming up; t counts from the first sample.
+        Warm-up; t counts from the first sample.
     swing, period : float [K], [s]
-        Of day and night, or of a chamber.
+        Daily cycle, or cycle of a chamber.
     coefficient : float [rad/s/K]
         Bias per kelvin above `reference`.
     reference : float or None [°C]
-        None: `start`.
+        Reference temperature; None: `start`.
     noise : float [K]
         Standard deviation of one reading of the thermometer.
     channel : str or None

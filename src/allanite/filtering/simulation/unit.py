@@ -71,22 +71,24 @@ def simulate_unit(
         Noise of "gyro" and "accelerometer", or of one of them alone; or of each channel by its name. Axes are
         independent.
     rate : float [Hz]
+        Sample rate.
     motion : UnitMotion
-        It sets the length of the record.
+        Motion of the unit, which sets the length of the record.
     latitude : float [rad]
         Geodetic, poles included.
     height : float [m]
         Above the ellipsoid: for the normal gravity.
     gravity : float, optional [m/s^2]
-        In place of the normal gravity.
+        Local gravity, in place of normal gravity.
     calibration : Calibration, optional
         The true errors of the sensors; a triad that it does not hold has none. Where it says that the channels count,
         the samples are counts, and so are the coefficients of the noise.
     seed : int
-        The same seed gives the same samples.
+        Seed; the same seed gives the same samples.
     axes : str
-        Where the axes x, y, z of the sensors point in the unit, whose roll, pitch and heading the motion sets.
+        Directions of the axes x, y, z of the sensors in the unit, whose roll, pitch and heading the motion sets.
     sampling : "mean" or "point"
+        Whether a sample is the mean over its interval or a point value.
     temperature : Temperature, optional
         Moves the biases by the slopes of the calibration, from its temperature on (from the reference or the start of
         `temperature` where it says none); its readings are a channel of their own.
@@ -188,9 +190,9 @@ def true_attitudes(recording: Recording, t: ArrayLike) -> Array:
     Parameters
     ----------
     recording : Recording
-        Of `simulate_unit`.
+        Recording made by `simulate_unit`.
     t : array_like, shape (n,) [s]
-        From the first sample.
+        Times from the first sample.
 
     Returns
     -------

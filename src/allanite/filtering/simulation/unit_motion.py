@@ -53,21 +53,21 @@ class UnitMotion:
     Attributes
     ----------
     attitudes : ndarray, shape (n, 3, 3)
-        Meant by the operator, gone through once. Given as such, or as roll, pitch, heading [rad], shape (n, 3).
+        Attitudes meant by the operator, in order. Given as matrices, or as roll, pitch, heading [rad], shape (n, 3).
     dwells : tuple of float, n long [s]
         Time at each attitude.
     turn_time : float or (float, float) [s]
         Time of a turn, along the shortest way; or the ends of a range from which each turn draws its own.
     pointing_sd : float [rad]
-        By which the attitudes are missed, about each of three axes.
+        Standard deviation of the attitudes about each of three axes.
     settling_angle : float or (float, float) [rad]
-        What is left of a turn at its end; it is made up during the dwell, in the sense of the turn.
+        Part of a turn that is missing at its end; it is made up during the dwell, in the sense of the turn.
     settling_time : float or (float, float) [s]
-        Its time constant.
+        Time constant of the settling.
     tremor : float [rad]
         Rms of a hand's tremor halfway through a turn, about each axis.
     sway : float [m]
-        The same of the place of the unit; at 4 Hz one millimetre is 0.6 m/s^2.
+        Sway of the place of the unit, likewise; at 4 Hz one millimeter is 0.6 m/s^2.
     spin : float [rad/s]
         Continuous rotation about the down axis of the unit, instead of turns; positive from north over east.
     swap_time : float [s]
@@ -114,7 +114,9 @@ class UnitMotion:
         attitudes : array_like, shape (n, 3) [rad] or (n, 3, 3)
             Roll, pitch, heading, or matrices.
         dwell : float or sequence of n float [s]
+            Time at rest in each position.
         turn : float or (float, float) [s]
+            Time of a turn, or its smallest and largest.
         **options
             The attributes of `UnitMotion`.
 
@@ -226,10 +228,11 @@ class UnitMotion:
         rate : float [rad/s]
             Positive from north over east.
         duration : float [s]
+            Length of the record.
         tilt : (float, float) [rad]
             Roll and pitch at the start: the axis keeps the lean that they give it.
         heading : float [rad]
-            At the start.
+            Heading at the start.
         swap_time : float [s]
             Go back after each revolution, and forth again, changing the sense within this time; 0: always onward.
         """

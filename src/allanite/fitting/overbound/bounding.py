@@ -56,7 +56,7 @@ def overbound(
     curve : AllanCurve
         The oadev curve of one channel that the model was fitted to.
     model : NoiseModel
-        What was fitted to it. Where the record could not decide between two families, the bound holds under each.
+        Model that was fitted to it. If the record could not decide between two families, the bound holds under each.
     probability : float
         Between 0.5 and 1.
     horizon : float, optional [s]
@@ -69,13 +69,13 @@ def overbound(
         Keep the bound above the measured deviations too, also of lags that the fit left out at the short end; not of
         those that a spectral line or the sensor's filter bends.
     exclude : array_like of bool, shape (n_lags,), optional
-        Lags that were kept out of the fit besides `curve.excluded`.
+        Lags kept out of the fit besides `curve.excluded`.
 
     Returns
     -------
     NoiseModel
-        No term is smaller than in the fit, if it may be there at all. Its `overbound` says what it promises and what it
-        is inflated by.
+        Model of which no term is smaller than in the fit, if it may be present at all. Its `overbound` states its
+        promise and its inflation.
 
     Raises
     ------

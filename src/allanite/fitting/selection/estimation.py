@@ -54,16 +54,16 @@ def select(
     Parameters
     ----------
     recording : Recording or LikelihoodProblem
-        A problem has its channel, and its lines removed, already.
+        Recording; or a problem, which has its channel and has its lines removed already.
     channel : str, optional
-        Of a recording; may be left out where there is one.
+        Channel of a recording; may be omitted if there is only one.
     lines : sequence of float [Hz], or "auto"
         Spectral lines that may be terms: near these frequencies, or the steady lines of the spectrum. A line is a term
         if its gain in likelihood pays its price (`line_price`).
     confidence : float
         Level of the intervals of the model.
     progress : callable, optional
-        Told the share done and what is being tried.
+        Called with the share done and the current step.
 
     Returns
     -------

@@ -265,9 +265,7 @@ class WeighedSets(Generic[W]):
         if self.sure or not rivals:
             text = f"The record has {best.words}"
             text += (
-                f"; it may have {', '.join(open_terms)} besides."
-                if open_terms
-                else ", and needs no other term."
+                f"; it may also have {', '.join(open_terms)}." if open_terms else ", and needs no other term."
             )
         else:
             mentioned = [rivals[0], *(c for c in rivals[1:_TOLD] if c.weight >= _RIVAL)]

@@ -96,7 +96,7 @@ class Disagreement(Result):
         if self.whole:
             low, high = self.band
             parts.append(
-                f"from {low:.3g} to {high:.3g} Hz the density is {self.ratio:.3g} times that of the model of the curve "
+                f"from {low:.3g} to {high:.3g} Hz the density is {self.ratio:.3g} times that of the curve's model "
                 f"(chance {self.p:.1g})"
             )
         parts += [

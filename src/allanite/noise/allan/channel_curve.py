@@ -31,7 +31,7 @@ class ChannelCurve(Result):
     engine : str
         "exact", "decimated", or "elsewhere".
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     dt : float [s]
         Sample interval.
     n_samples : int
@@ -39,7 +39,7 @@ class ChannelCurve(Result):
     sampling : str
         "mean" or "point".
     interval_basis : str
-        Which noise the degrees of freedom assume.
+        Noise that the degrees of freedom assume.
     lags : ndarray of int64, shape (n,) [samples]
         Lag.
     tau : ndarray, shape (n,) [s]
@@ -53,9 +53,9 @@ class ChannelCurve(Result):
     missing : ndarray of int64, shape (n_runs, 2) [samples]
         Runs of missing samples, half-open.
     used : ndarray of bool, shape (n,)
-        The lag entered the fit; empty where nothing was fitted.
+        True for a lag that entered the fit; empty if nothing was fitted.
     excluded : tuple of str
-        Why a lag did not, "" for one that did; empty where nothing was fitted to this curve.
+        Reason for each lag that did not enter the fit, "" for one that did; empty if nothing was fitted to this curve.
     """
 
     statistic: str

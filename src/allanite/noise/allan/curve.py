@@ -65,7 +65,7 @@ class AllanCurve:
     statistic : str
         adev, oadev, hdev, ohdev, mdev, tdev, totdev, haar, robust, theo1, theobr or theoh.
     lags : ndarray of int64, shape (n_lags,)
-        In samples.
+        Averaging times in samples.
     tau : ndarray, shape (n_lags,) [s]
         lags * dt, for Theo1 0.75 lags * dt: what was computed, never what was asked for.
     deviation, lower, upper : ndarray, shape (n_lags, n_channels) [SI unit of the rate or acceleration]
@@ -75,7 +75,9 @@ class AllanCurve:
     count : ndarray of int64, shape (n_lags, n_channels)
         Terms in the sum.
     confidence : float
+        Confidence level of the intervals.
     channels : tuple of Channel
+        Curve of each channel.
     dt : float [s]
         Sample interval Ts.
     n_samples : int
@@ -85,11 +87,11 @@ class AllanCurve:
     engine : str
         "exact" (every window) or "decimated" (every 2^k-th window at long lags, fixed memory).
     interval_basis : str
-        Which noise the degrees of freedom assume.
+        Noise that the degrees of freedom assume.
     excluded : ndarray of bool, shape (n_lags, n_channels)
         Lags bent by a spectral line or by the sensor's filter: shown, but kept out of a fit.
     excess_kurtosis : tuple of float
-        Of the samples of each channel; 0 where it is slight, may be chance or is not known.
+        Excess kurtosis of the samples of each channel; 0 if slight, possibly chance, or unknown.
 
     Notes
     -----
@@ -213,13 +215,13 @@ class AllanCurve:
         tau : array_like, shape (n_lags,) [s]
             Taken to the nearest whole number of samples; doubles are dropped.
         deviation : array_like, shape (n_lags,)
-            In `unit`.
+            Deviation at each lag, in `unit`.
         dt : float [s]
             Sample interval of the record behind the curve.
         n_samples : int
-            Its length; the intervals rest on it.
+            Length of the record in samples; the intervals depend on it.
         unit : str
-            Of the deviation: that of the rate or acceleration.
+            Unit of the deviation, which is that of the rate or acceleration.
 
         Raises
         ------
@@ -425,6 +427,7 @@ def allan_curve(
     Parameters
     ----------
     recording : Recording
+        Recording to analyze.
     statistic : str
         "oadev" (overlapping Allan deviation) unless there is a reason: adev, hdev, ohdev, mdev, tdev, totdev; "haar"
         (Haar wavelet deviation, oadev/sqrt 2), "robust" (under outliers), "theo1", "theobr", "theoh" (beyond half of

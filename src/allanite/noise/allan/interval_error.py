@@ -74,9 +74,11 @@ def interval_error(
     Parameters
     ----------
     recording : Recording
-        Of phase or of fractional frequency.
+        Record of phase or of fractional frequency.
     statistic : "mtie" or "tierms"
+        Statistic to compute.
     taus : "octave", "decade", "all", int or array_like [s]
+        Averaging times.
 
     Raises
     ------

@@ -64,11 +64,13 @@ def theo1_bias(model: NoiseModel, lags: ArrayLike, dt: float, sampling: str) -> 
     Parameters
     ----------
     model : NoiseModel
+        Noise model of the samples.
     lags : array_like of int, shape (n_lags,)
         Windows m, even.
     dt : float [s]
         Sample interval.
     sampling : "mean" or "point"
+        Whether a sample is the mean over its interval or a point value.
 
     Returns
     -------

@@ -59,7 +59,8 @@ class BandLimit:
     begins : float [Hz]
         Middle of the plateau.
     corner : float [Hz]
-        Where the density is half the plateau's; beyond the Nyquist frequency that of a one-pole filter.
+        Frequency at which the density is half that of the plateau; beyond the Nyquist frequency, that of a one-pole
+        filter.
     """
 
     plateau: float

@@ -58,15 +58,16 @@ def power_spectrum(
     Parameters
     ----------
     recording : Recording
+        Recording to analyze.
     name : str
-        A channel. Angles and velocities are differenced: the spectrum is that of the rate.
+        Name of a channel. Angles and velocities are differenced: the spectrum is that of the rate.
     method : "log" or "welch"
         "log": points evenly spaced in the logarithm of the frequency, from a cascade of decimated records, each seen by
         segments as long as it allows. "welch": all bins of segments of one length at the full rate.
     segment : float, optional [s]
         Length of Welch's segments; an eighth of the record, and at most 16384 samples, by default.
     window : "hann", "blackman" or "blackman-harris"
-        Of Welch's segments.
+        Window of Welch's segments.
     overlap : float
         Part of one of Welch's segments that it shares with the next, 0 to 0.9.
     least : int

@@ -50,25 +50,26 @@ class SpectralLine:
     Attributes
     ----------
     frequency : float [Hz]
+        Frequency of the line.
     amplitude : float
-        Of the sinusoid in the samples, in SI: half the peak-to-peak value.
+        Amplitude of the sinusoid in the samples, in SI: half the peak-to-peak value.
     significance : float
-        -log10 of the probability that noise alone would show such a peak anywhere in the record: 3 and more. For a
-        harmonic, anywhere among the multiples of its line.
+        -log10 of the probability of such a peak from noise alone, anywhere in the record: 3 and more. For a harmonic,
+        anywhere among the multiples of its line.
     width : float [Hz]
         Resolution of the spectrum there: the line is no wider.
     amplitude_lower, amplitude_upper : float
-        Its 95 % interval; NaN where the record was not examined for it.
+        95 % interval of the amplitude; NaN if the record was not examined for it.
     frequency_lower, frequency_upper : float [Hz]
-        Its 95 % interval. A line that is not stable lies somewhere within its width.
+        95 % interval of the frequency. A line that is not stable is somewhere within its width.
     stable : bool
         Amplitude and phase stay the same through the record: the line is a sinusoid.
     coherence : float
         Probability that a sinusoid in this noise scatters more from part to part of the record; NaN: not examined.
     phase : float [rad]
-        Of a stable line, of its sine, at the first sample.
+        Phase of the sine of a stable line at the first sample.
     note : str
-        What a reader must know besides.
+        Remark on the line.
     """
 
     frequency: float

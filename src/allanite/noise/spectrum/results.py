@@ -41,27 +41,33 @@ class Spectrum:
     Attributes
     ----------
     channel : str
+        Name of the channel.
     frequency : ndarray, shape (n,) [Hz]
+        Frequency of each point.
     density : ndarray, shape (n,) [SI^2/Hz]
         Two-sided, lines included.
     lower, upper : ndarray, shape (n,)
-        Interval of the density: chi-square with `edf` degrees of freedom, about what is put back for bridged samples.
+        Interval of the density: chi-square with `edf` degrees of freedom, about the part put back for bridged samples.
     edf : ndarray, shape (n,)
-        Of the density less `bridged.put_back`.
+        Degrees of freedom of the density less `bridged.put_back`.
     background : ndarray, shape (n,)
         The density with its lines taken out.
     lines : tuple of SpectralLine
-        By frequency.
+        Spectral lines by frequency.
     band_limit : BandLimit or None
         The low-pass of a filtered sensor.
     dt : float [s]
+        Sample interval.
     n_samples : int
+        Number of samples.
     sampling : "mean" or "point"
+        Whether a sample is the mean over its interval or a point value.
     segments, skipped : int
         Segments averaged and skipped (for missing samples), over all rates of the cascade.
     method : "log" or "welch"
         Bins of equal width in the logarithm, or every bin of segments of one length.
     window : str
+        Window of the segments.
     overlap : float
         Part of a segment that it shares with the next.
     confidence : float
@@ -71,7 +77,7 @@ class Spectrum:
     bins : ndarray of int64, shape (n, 2)
         Each point is the mean of periodogram bins [first, last).
     bridged : Bridged
-        What the density holds for isolated missing samples.
+        Part of the density from isolated missing samples.
     """
 
     channel: str

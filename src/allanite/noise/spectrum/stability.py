@@ -80,8 +80,9 @@ def without_stable_lines(recording: Recording, spectrum: Spectrum) -> Recording:
     Parameters
     ----------
     recording : Recording
+        Recording that the spectrum was computed from.
     spectrum : Spectrum
-        Of one of its channels, by `power_spectrum`.
+        Spectrum of one of its channels, by `power_spectrum`.
     """
     lines = tuple(line for line in spectrum.lines if line.stable)
     alone = recording.select(spectrum.channel)

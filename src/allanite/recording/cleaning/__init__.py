@@ -110,13 +110,14 @@ def clean(recording: Recording, repairs: str | Sequence[str]) -> Recording:
     Parameters
     ----------
     recording : Recording
+        Recording to repair.
     repairs : str or sequence of str
         Names of `REPAIRS`, with a value where one is taken: "drop_spikes=10", "swap=gyro_x,gyro_z".
 
     Returns
     -------
     Recording
-        Its history holds a step for each repair, with the samples it took and why.
+        Recording with a step in its history for each repair: its samples and its reason.
 
     Raises
     ------

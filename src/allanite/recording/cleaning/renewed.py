@@ -159,13 +159,13 @@ class HeldSamples(Result):
     Attributes
     ----------
     rate : float [Hz]
-        Of the sensor.
+        Output rate of the sensor.
     rate_sd : float or None [Hz]
-        Its standard uncertainty; None where the rate of the log is a whole multiple.
+        Standard uncertainty of the rate; None if the rate of the log is a whole multiple.
     log_rate : float [Hz]
-        Of the log.
+        Sample rate of the log.
     values : int
-        On the sensor's grid.
+        Number of values on the sensor's grid.
     """
 
     rate: float

@@ -176,6 +176,7 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
     Parameters
     ----------
     recording : Recording
+        Recording to check.
     progress : callable, optional
         Called with the fraction done, 0 to 1.
     """

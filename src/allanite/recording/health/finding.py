@@ -56,26 +56,27 @@ class Finding:
     Attributes
     ----------
     code : str
-        A key of `allanite.recording.health.CATALOGUE`; what ``--accept`` takes.
+        Key of `allanite.recording.health.CATALOGUE`, as ``--accept`` takes it.
     severity : Severity
+        Severity of the finding.
     channel : str or None
-        None when the whole recording is meant.
+        Name of the channel; None for the whole recording.
     message : str
-        What was found, with its numbers.
+        The finding, with its numbers.
     advice : str
-        What to do about it.
+        Advice for the user.
     risk : str
-        What going on in spite of it would risk; "" when nothing.
+        Risk of continuing despite the finding; "" if there is none.
     count : int
         Samples (rows, for the text of a file) that are affected.
     places : tuple of (start, stop), at most five [samples]
-        Where to look first.
+        First places to look at.
     excludes : bool
-        True when `prepare` takes the samples of `spans` out of the analysis.
+        True if `prepare` takes the samples of `spans` out of the analysis.
     accepted : bool
-        True when the user went on in spite of it.
+        True if the user accepted the finding.
     spans : ndarray of int64, shape (n_spans, 2) [samples]
-        All places, sorted and disjoint; not serialised.
+        All places, sorted and disjoint; not serialized.
     """
 
     code: str

@@ -53,13 +53,13 @@ class Thermometer(Result):
     Attributes
     ----------
     channel, unit : str
-        Its channel, and the unit of that.
+        Name of the temperature channel, and its unit.
     scale : float
         Kelvins in one unit; of a column that is no temperature the SI value of one unit (volts in a millivolt).
     si : str
-        What `noise` and the coefficients count in: "K", "V", or the unit of the column; "" where it has none.
+        Unit of `noise` and of the coefficients: "K", "V", or the unit of the column; "" if it has none.
     mean, low, high : float [unit]
-        Of the smoothed temperature.
+        Mean and extremes of the smoothed temperature.
     noise : float [si]
         Standard deviation of the mean of a block around the smoothed temperature.
     window : float [s]

@@ -46,13 +46,13 @@ class Correction(Result):
     share : ndarray, shape (n,)
         Part of the Allan variance of the record that the effect made up.
     deviation : ndarray, shape (n,) [SI]
-        Allan deviation of what was removed.
+        Allan deviation of the removed effects.
     error : ndarray, shape (n,) [SI]
-        Allan deviation of the error of what was removed, one standard deviation.
+        Allan deviation of the error of the removed effects, one standard deviation.
     before, after : ndarray, shape (n,) [SI]
         Allan deviation of the block means of the record, and of the residual, corrected.
     longest : float [s]
-        From this averaging time on the correction is larger than 1 - `LEAST`.
+        Averaging time from which the correction exceeds 1 - `LEAST`.
     """
 
     tau: Array

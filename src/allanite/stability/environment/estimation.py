@@ -86,16 +86,18 @@ def regress_environment(
     Parameters
     ----------
     recording : Recording
+        Recording to analyze.
     temperature : str, optional
         Channel of a thermometer.
     warm_up : "model", "cut" or None
-        What to do about a warm-up that is found. With None it is looked for and told, and stays in the record.
+        Treatment of a warm-up. With None it is tested and reported, and stays in the record.
     channel : str, optional
         Needed where several channels carry sensor noise.
     model : NoiseModel, optional
-        Of the sensor, known from elsewhere; by default white noise, flicker and random walk are fitted to this record.
+        Noise model of the sensor from another source; by default white noise, flicker and random walk are fitted to
+        this record.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     progress : callable, optional
         Called with the fraction done and what is being done.
 

@@ -18,7 +18,7 @@ def remarks(estimate: EnvironmentEstimate) -> Iterator[Finding]:
         most = 0.0 if estimate.correction is None else float(estimate.correction.share.max())
         yield finding(
             "environment_taken_off",
-            f"{name}: the noise model is that of the residual; removed: {_listed(estimate)} (up to {most:.0%} of the "
+            f"{name}: the noise model describes the residual; removed: {_listed(estimate)} (up to {most:.0%} of the "
             "Allan variance)",
             severity=Severity.INFO,
             channel=name,

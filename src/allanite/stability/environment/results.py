@@ -63,16 +63,16 @@ class Coefficient(Result):
         "temperature" [SI/K], "temperature squared" [SI/K^2], "rate of temperature" [SI s/K]; of a column that is no
         temperature per `Thermometer.si` in place of the kelvin.
     value, sd : float or None
-        None where the record cannot tell it at all.
+        Estimate and its standard deviation; None if the record does not determine it.
     lower, upper : float or None
         Ends of the interval.
     p : float or None
-        Two-sided probability of an estimate so far from zero if the coefficient is zero.
+        Two-sided p value for a coefficient of zero.
     status : str
-        "resolved", "not resolved" or "not separable": the interval excludes zero; holds it; or the column is a
-        combination of others, so that nothing is known.
+        "resolved", the interval excludes zero; "not resolved", the interval includes it; or "not separable", the column
+        is a combination of others.
     limit : float or None
-        The largest size that the interval holds, where it is not resolved.
+        Largest size within the interval, for a coefficient that is not resolved.
     cause : CoefficientCause or None
         Why it is not separable: "constant", "straight", "collinear" or "drift".
     """
@@ -100,10 +100,10 @@ class Lag(Result):
     Attributes
     ----------
     status : LagStatus
-        "resolved", "no lag seen"; "collinear": the rate of the temperature cannot be told from the temperature; or
-        "too small": the effect of the temperature is.
+        "resolved", "no lag seen"; "collinear": the rate of temperature change cannot be separated from the temperature;
+        or "too small": the effect of the temperature is.
     value, lower, upper : float or None [s]
-        Interval by Fieller's theorem.
+        Lag and its interval by Fieller's theorem.
     """
 
     status: LagStatus
@@ -129,7 +129,7 @@ class Hysteresis(Result):
     gap, lower, upper : float or None [SI]
         Signal when warming less signal when cooling, at one temperature.
     p : float or None
-        Of a gap so far from zero where there is none.
+        p value of the gap if there is no hysteresis.
     """
 
     status: HysteresisStatus
@@ -146,7 +146,7 @@ class WarmUpTerm(Result):
     Attributes
     ----------
     amplitude, amplitude_sd : float [SI]
-        At the first sample, with its standard deviation.
+        Amplitude at the first sample, with its standard deviation.
     T, T_sd : float [s]
         Time constant, with its standard deviation.
     """
@@ -168,15 +168,15 @@ class WarmUp(Result):
     p : float or None
         Probability of the best exponential under noise alone, multiplied by the number that was tried.
     tries : int
-        That number.
+        Number of tries.
     terms : tuple of WarmUpTerm
-        Its exponentials.
+        Exponentials of the warm-up.
     action : str
         "modelled", "cut", "left in", "none found" or "not looked for".
     cut : float or None [s]
-        From where the record was used.
+        Time from which the record was used.
     settled : float or None [s]
-        When what is left of it is lost in the noise; None where there is no warm-up.
+        Time at which the rest of the warm-up is lost in the noise; None if there is no warm-up.
     """
 
     found: bool
@@ -200,15 +200,15 @@ class EnvironmentSeries(Result):
     Attributes
     ----------
     time : ndarray, shape (n,) [s]
-        Since the first sample.
+        Time since the first sample.
     signal, residual : ndarray, shape (n,) [SI]
-        Before and after; NaN where samples are missing.
+        Signal before and after removal; NaN where samples are missing.
     settling : ndarray, shape (n,) [SI]
         The part of what was removed that is a warm-up.
     temperature : ndarray, shape (n,) [unit of the thermometer]
         Empty without one.
     branch : ndarray, shape (n,)
-        From -1 (cooling) to +1 (warming); empty without a temperature.
+        Branch from -1 (cooling) to +1 (warming); empty without a temperature.
     """
 
     time: Array
@@ -231,31 +231,31 @@ class EnvironmentFacts(Result):
         "resolved", "not resolved" or "not separable" is the effect of the temperature; without a thermometer
         "warm-up found" or "no warm-up".
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     thermometer : Thermometer or None
-        None where only a warm-up was looked for.
+        Thermometer; None if only a warm-up was examined.
     reference : float or None [unit of the thermometer]
-        Temperature that the coefficients belong to.
+        Temperature at which the coefficients apply.
     coefficients : tuple of Coefficient
-        Of the bias by the temperature, its square and its rate.
+        Coefficients of the bias for the temperature, its square and its rate.
     attenuation : float or None
         Share by which noise of the thermometer makes the coefficient of temperature too small.
     lag : Lag or None
-        None without a thermometer.
+        Lag between thermometer and sensor; None without a thermometer.
     hysteresis : Hysteresis or None
-        None without a thermometer.
+        Difference of warming and cooling; None without a thermometer.
     warm_up : WarmUp
         Found or not, and what was done about it.
     model : NoiseModel
-        Of the regression, fitted to the block means or given; not the model that `characterize` gives.
+        Noise model of the regression, fitted to the block means or given; not the model that `characterize` gives.
     model_given : bool
-        It was given.
+        True if the model was given.
     taken_off : tuple of str
         Columns that the residual is free of.
     correction : Correction or None
-        Of the Allan curve of the residual; None where nothing was removed.
+        Correction of the Allan curve of the residual; None if nothing was removed.
     series : EnvironmentSeries
-        For the picture.
+        Series for the figure.
     """
 
     STATED: ClassVar[tuple[str, ...]] = ("verdict",)
@@ -294,7 +294,7 @@ class EnvironmentFacts(Result):
             return first.note
         size = size_words(first.value, first.sd)
         apart = self.verdict is EnvironmentVerdict.NOT_SEPARABLE
-        return f"{size} beside a drift of the sensor itself; {first.note}" if apart else size
+        return f"{size} with a drift of the sensor in the fit; {first.note}" if apart else size
 
     @property
     def advice(self) -> tuple[str, ...]:
@@ -307,7 +307,7 @@ class EnvironmentFacts(Result):
             interpolation_sentence(thermometer.missing if thermometer else 0.0): (
                 thermometer is not None and thermometer.missing > 0
             ),
-            f"{HysteresisStatus.FOUND.words}: it was not removed, and the residual holds it": (
+            f"{HysteresisStatus.FOUND.words}: this was not removed and stays in the residual": (
                 branches is not None and branches.status is HysteresisStatus.FOUND
             ),
             left_in_sentence(self.warm_up.says): self.warm_up.found and self.warm_up.action == "left in",

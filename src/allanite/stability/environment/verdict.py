@@ -21,35 +21,35 @@ class EnvironmentVerdict(Verdict):
 class CoefficientCause(WordedCode):
     """Why the record says nothing of a coefficient, or less than its interval."""
 
-    CONSTANT = "constant", "the temperature was constant, as far as its thermometer tells"
+    CONSTANT = "constant", "the temperature was constant within the noise of its thermometer"
     STRAIGHT = (
         "straight",
-        "the temperature is a straight line in time: a drift of the sensor explains it as well",
+        "the temperature is linear in time: a drift of the sensor fits as well",
     )
-    COLLINEAR = "collinear", "it cannot be told from the temperature itself in this record"
+    COLLINEAR = "collinear", "this record cannot separate it from the temperature itself"
     DRIFT = (
         "drift",
-        "without a drift of the sensor itself it would be resolved: the temperature went with time",
+        "without a drift of the sensor it would be resolved: the temperature changed steadily with time",
     )
 
 
 class LagStatus(WordedCode):
-    """Does the thermometer follow behind the sensor?"""
+    """Does the thermometer lag behind the sensor?"""
 
-    RESOLVED = "resolved", "a bias that depends on the rate of the temperature looks the same"
-    NO_LAG = "no lag seen", "the thermometer follows the sensor without a lag that the record shows"
+    RESOLVED = "resolved", "a bias that depends on the rate of temperature change looks the same"
+    NO_LAG = "no lag seen", "the record shows no lag between thermometer and sensor"
     COLLINEAR = (
         "collinear",
-        "the rate of the temperature cannot be told from the temperature itself in this record",
+        "this record cannot separate the rate of temperature change from the temperature itself",
     )
-    TOO_SMALL = "too small", "the effect of the temperature is too small in the noise to show a lag"
+    TOO_SMALL = "too small", "the effect of the temperature is too small to show a lag"
 
 
 class HysteresisStatus(WordedCode):
     """Do warming and cooling differ at one temperature?"""
 
-    FOUND = "found", "warming and cooling differ at one temperature, beyond what a lag would do"
-    NOT_FOUND = "not found", "warming and cooling do not differ, as far as the record tells"
-    ONE_WAY = "one way", "the temperature went one way only"
-    LITTLE_IN_COMMON = "little in common", "warming and cooling have too few temperatures in common"
-    COLLINEAR = "collinear", "the branches cannot be told from the temperature and its rate in this record"
+    FOUND = "found", "warming and cooling differ at the same temperature, by more than a lag explains"
+    NOT_FOUND = "not found", "the record shows no difference between warming and cooling"
+    ONE_WAY = "one way", "the temperature changed in one direction only"
+    LITTLE_IN_COMMON = "little in common", "warming and cooling share too few temperatures"
+    COLLINEAR = "collinear", "this record cannot separate the branches from the temperature and its rate"

@@ -17,13 +17,15 @@ __all__ = [
     "size_words",
 ]
 
-COME_BACK = "let the temperature come back: up and down again tells it from a drift"
-NOTHING_REMOVED = "nothing was removed for the temperature; a larger or repeated change of it would show more"
+COME_BACK = "let the temperature return: a rise and a fall separate its effect from a drift"
+NOTHING_REMOVED = (
+    "no temperature effect was removed; a larger or repeated change of temperature would show more"
+)
 
 
 def size_words(value: float, sd: float) -> str:
     """How far the coefficient of the temperature is from zero."""
-    return f"the coefficient of the temperature is {abs(value) / sd:.1f} standard deviations from zero"
+    return f"the temperature coefficient is {abs(value) / sd:.1f} standard deviations from zero"
 
 
 def lag_sentence(status: LagStatus, value: float | None) -> str:
@@ -31,29 +33,26 @@ def lag_sentence(status: LagStatus, value: float | None) -> str:
     if status is not LagStatus.RESOLVED or value is None:
         return status.words
     late, early = ("thermometer", "sensor") if value > 0 else ("sensor", "thermometer")
-    return f"the {late} follows behind the {early}; {status.words}"
+    return f"the {late} lags behind the {early}; {status.words}"
 
 
 def settling_sentence(action: str, settled: float | None) -> str:
     """Whether there is a warm-up."""
     if action == "not looked for":
-        return "no warm-up was looked for"
+        return "warm-up was not tested"
     if settled is None:
-        return "no warm-up: an exponential is no larger than the noise allows"
-    return f"the bias settles as after power-on, for some {settled:.3g} s"
+        return "no warm-up: any exponential settling is within the noise"
+    return f"the bias settles as after power-on, for about {settled:.3g} s"
 
 
 def left_in_sentence(settling: str) -> str:
     """What to do about a warm-up that is in the record."""
-    return (
-        f"a warm-up is in the record, and was left there: {settling}; model it or cut it (--warm-up model, "
-        "--warm-up cut)"
-    )
+    return f"the record contains a warm-up: {settling}. Model it or cut it (--warm-up model, --warm-up cut)"
 
 
 def attenuation_sentence(share: float) -> str:
     """What noise of the thermometer does."""
-    return f"noise of the thermometer makes the coefficient of the temperature about {share:.0%} too small"
+    return f"thermometer noise makes the temperature coefficient about {share:.0%} too small"
 
 
 def interpolation_sentence(missing: float) -> str:
@@ -64,6 +63,6 @@ def interpolation_sentence(missing: float) -> str:
 def longest_sentence(longest: float, share: float) -> str:
     """Lags that do not enter a noise model."""
     return (
-        f"from an averaging time of {longest:.3g} s on, what was removed holds more than {share:.0%} of the noise: "
-        "these lags do not enter the noise model"
+        f"from an averaging time of {longest:.3g} s on, the removed effects exceed {share:.0%} of the noise: the noise "
+        "model does not use these lags"
     )

@@ -70,14 +70,14 @@ def compare(
         Two at least, independent of one another; a mapping is the document of a study. Their rates, lengths and
         sampling conventions may differ.
     names : sequence of str, optional
-        Of the records; by default those of their logs.
+        Names of the records; by default those of their logs.
     channels : sequence of str or of sequences of str, optional
         Channels to compare, by one name or by one name for each record; by default all that have one name in all
         records, or the only one of each.
     confidence : float
         Level of the intervals.
     level : float
-        Of the tests.
+        Level of the tests.
     threads : int, optional
         The digits do not depend on it.
     progress : callable, optional

@@ -26,9 +26,9 @@ def _of_records(result: Comparison) -> Iterator[str]:
     rates = sorted({round(r.rate, 6) for r in result.records})
     if len(rates) > 1:
         listed = ", ".join(f"{r:g}" for r in rates)
-        yield f"the rates differ ({listed} Hz): curves are compared between their lags by interpolation"
+        yield f"the sample rates differ ({listed} Hz): curves are interpolated to common lags"
     if len({r.sampling for r in result.records}) > 1:
-        yield "some records hold interval means and others point samples: each is read by its own formulas"
+        yield "some records hold interval means, others point samples: each is analyzed as such"
 
 
 def _of_channel(result: Comparison, channel: ChannelComparison) -> Iterator[str]:

@@ -61,12 +61,13 @@ def separate_noise(
     Parameters
     ----------
     recording : Recording
-        At rest: a common motion is a common part.
+        Record of sensors at rest: a common motion would be a common part.
     channels : sequence of str, optional
         Two or three of one kind along one axis; by default all that bear noise.
     opposite : sequence of str
         Those of them that are mounted the other way round.
     confidence : float
+        Confidence level of the intervals.
     progress : callable, optional
         Called with a fraction and words.
 

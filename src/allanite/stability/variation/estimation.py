@@ -59,18 +59,18 @@ def examine_variation(
     Parameters
     ----------
     recording : Recording
-        Of sensors at rest.
+        Record of sensors at rest.
     channels : sequence of str, optional
-        By default every channel that bears noise.
+        Channels to examine; by default all channels that have noise.
     models : NoiseModel, or mapping of channel name to NoiseModel, optional
-        Whose covariance says how much windows scatter by chance, and whose terms may change; by default the fit to
-        the whole record.
+        Noise models whose covariance gives the expected scatter of the windows, and whose terms may change; by default
+        the fit to the whole record.
     windows : int
-        Of the short lags, at most.
+        Largest number of windows, at short lags.
     confidence : float
-        Of the intervals.
+        Confidence level of the intervals.
     false_alarm : float
-        Probability that a channel whose noise is constant is said to change.
+        Probability that a channel with constant noise is reported to change.
     progress : callable, optional
         Called with a fraction and words.
 

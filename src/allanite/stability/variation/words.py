@@ -41,7 +41,7 @@ def change_sentence(symbol: str, time: Quantity | None, ratio: Quantity) -> str:
     when = "steadily from the first to the last sample" if time is None else f"at {duration(time.value)}"
     verb = "grew" if ratio.value >= 1 else "fell"
     if not ratio.resolved:
-        return f"{who} {verb} {when}, by how much the windows do not tell"
+        return f"{who} {verb} {when}, by an amount that the windows do not resolve"
     ends = (ratio.lower, ratio.upper)
     if ratio.value >= _SMALL:
         first, *others = (f"{v:.3g}" if v < 1000 else f"{v:.0f}" for v in (ratio.value, *ends))
@@ -56,9 +56,9 @@ def silence_sentence(silent: Sequence[tuple[float, float]]) -> str:
     """Windows of one and the same value: what they hide, and what to do."""
     start, stop = silent[0]
     return (
-        f"{plural(len(silent), 'window', 'hold')} one and the same value throughout, the first from "
-        f"{duration(start)} to {duration(stop)}: steps of the noise cannot be told beside them; take them out "
-        "(gaps), or record with a finer resolution"
+        f"{plural(len(silent), 'window', 'repeat')} one value throughout, the first from {duration(start)} to "
+        f"{duration(stop)}: next to them, steps of the noise cannot be detected; remove them (gaps), or record with a "
+        "finer resolution"
     )
 
 
@@ -74,15 +74,13 @@ def scatter_sentence(p: float, tau: float, start: float, stop: float, ratio: flo
 def constant_sentence(p: float, visible: Mapping[str, float]) -> str:
     """That chance explains the windows, and what would have shown."""
     steps = visible_steps(visible)
-    shown = f"; a step in the middle would show of {steps}" if steps else ""
-    return (
-        f"no window differs from the others by more than chance (p = {p:.2g}, doubled for two tests){shown}"
-    )
+    shown = f"; a step at half time would be visible if it changed {steps}" if steps else ""
+    return f"no window differs significantly from the others (p = {p:.2g}, doubled for two tests){shown}"
 
 
 def all_constant(count: int) -> str:
     """That chance explains the windows of several channels."""
-    return f"no window of {count} channels differs from the others by more than chance"
+    return f"no window of {count} channels differs significantly from the others"
 
 
 def visible_steps(visible: Mapping[str, float]) -> str:

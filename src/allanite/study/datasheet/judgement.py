@@ -240,7 +240,7 @@ def hold_against(study: Study | None, datasheet: Datasheet) -> DatasheetJudgemen
     Parameters
     ----------
     study : Study, optional
-        None: the sheet alone, to be drawn.
+        Study to compare with; None: the sheet alone, to be drawn.
     datasheet : Datasheet
         Channels go with the section of their name, or that of their kind.
 

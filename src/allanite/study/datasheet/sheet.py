@@ -108,6 +108,7 @@ def read_datasheet(path: str | os.PathLike[str]) -> Datasheet:
     Parameters
     ----------
     path : path
+        YAML file of the data sheet.
 
     Raises
     ------

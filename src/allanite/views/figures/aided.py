@@ -72,7 +72,7 @@ def means_panel(readings: Sequence[AidedReading]) -> Panel:
     curves, late = [], []
     for reading, (colour, style, marker), rate in zip(readings, _LOOKS, references, strict=False):
         time, mean = reading.running.t, reading.running.corrected
-        words = f"told {rate / 1000:.6f} deg/s".replace("-", "−") if math.isfinite(rate) else "told nothing"
+        words = f"given {rate / 1000:.6f} deg/s".replace("-", "−") if math.isfinite(rate) else "no reference"
         look: dict[str, Any] = {"colour": colour, "style": style, "marker": marker}
         curves.append(Curve(x=time / second, y=mean / MILLI, label=words, **look))
         late.append((mean / MILLI)[time > 0.1 * reading.duration])

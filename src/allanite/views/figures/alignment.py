@@ -163,7 +163,7 @@ def residual_panels(result: AlignmentEstimate) -> list[Panel]:
     names = tuple((float(n), f"{n:.0f}") for n in number_of) if len(stands) <= 24 else ()
     return [
         Panel(
-            title="What each stand leaves",
+            title="Residuals of each stand",
             x=Axis(label="Stand", limits=(0.4, len(stands) + 0.6), names=names),
             y=Axis(label="Rate less the fit [deg/h]", limits=around([0.0], residual - sds, residual + sds)),
             curves=(*curves, zero),

@@ -95,7 +95,7 @@ def _force_panel(result: CalibrationEstimate) -> Panel:
     value = array([p.excess for p in result.positions]) / size
     half = quantile(result.confidence) * array([p.excess_sd for p in result.positions]) / size
     return Panel(
-        title="Accelerometers at rest: how far |f| is from g",
+        title="Accelerometers at rest: |f| less g",
         x=_numbered(result),
         y=Axis(label=f"|f| − g [{unit}]", limits=around([0.0], value, half, -half)),
         curves=(_band(at, half, result), *_marked(result.positions, at, value)),
@@ -149,7 +149,7 @@ def _misfit_panel(result: CalibrationEstimate) -> Panel:
     expected = Curve(x=_ends(result), y=one, label="expected", colour="guide", style="dashed")
     _, high = around([0.0, 2.0], value, left)
     return Panel(
-        title="Misfit: distance from what all others predict",
+        title="Misfit: distance from the prediction of the others",
         x=_numbered(result),
         y=Axis(label="Standard deviations", limits=(0.0, high)),
         curves=(*_marked(result.positions, at, value), *beside, expected),
@@ -248,7 +248,7 @@ def _parameter_panel(group: ParameterGroup, confidence: str) -> Panel:
     look: dict[str, Any] = {"style": "none", "bars": True}
     kinds = (
         (known, f"estimated, {confidence}", "z", "circle"),
-        (~known, "not observable: what was assumed", "limit", "diamond"),
+        (~known, "not observable: assumed", "limit", "diamond"),
     )
     curves = [
         Curve(

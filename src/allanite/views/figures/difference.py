@@ -40,7 +40,7 @@ def drift_panels(result: Difference) -> Iterator[Panel]:
             np.array([drift(model, s, result.rest) / factor for s in t.tolist()])
             for model in (channel.first, channel.second)
         ]
-        x = Axis(label="Time without help [s]", log=True, limits=(float(t[0]), float(t[-1])))
+        x = Axis(label="Time unaided [s]", log=True, limits=(float(t[0]), float(t[-1])))
         yield _panel(channel.name, x, f"Drift, 1 σ [{unit}]", _both(result, t, drifts))
 
 

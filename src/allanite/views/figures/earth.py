@@ -230,7 +230,7 @@ def dead_time_panel(estimate: EarthRateEstimate) -> Panel:
                 style="none",
                 marker="diamond",
                 colour="ink",
-                label=f"{used:g} s, as it was used",
+                label=f"{used:g} s, as used",
             )
         )
     frame = around(dead, [0.0], room=0.06)

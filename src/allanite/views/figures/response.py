@@ -159,7 +159,7 @@ def noise_panels(result: RateTableEstimate) -> list[Panel]:
         label="that of the model",
         colour="guide",
         style="dashed",
-        band_label=f"{percent} by chance",
+        band_label=f"{percent} expected",
     )
     ratios = Curve(x=rate / DEG, y=ratio, label="found", colour="z", style="none", marker="circle")
     return [

@@ -179,7 +179,12 @@ def _lag_panel(
     if marks.any():
         curves.append(
             Curve(
-                x=middle[marks], y=ratio[marks], label="no chance", colour="x", style="none", marker="square"
+                x=middle[marks],
+                y=ratio[marks],
+                label="significant",
+                colour="x",
+                style="none",
+                marker="square",
             )
         )
     return Panel(

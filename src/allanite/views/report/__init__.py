@@ -47,7 +47,7 @@ def render(
     result : Study, EarthRateEstimate, RateVector, NorthEstimate, CalibrationEstimate, Filtered, Plan, ...
         Or its document, as `to_json` gives it, or a `Page` of your own.
     path : path
-        Of the HTML file.
+        Path of the HTML file.
     force : bool
         Replace a file that is there.
     beside : sequence of str
@@ -56,7 +56,7 @@ def render(
     Returns
     -------
     Path
-        Where the report is.
+        Path of the report.
 
     Raises
     ------

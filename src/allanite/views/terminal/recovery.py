@@ -21,7 +21,7 @@ def show_recovery(document: Json) -> None:
 
     out = console()
     losses = document["losses"]
-    whole = "All recorded samples are stored" if document["missing"] else "All is there"
+    whole = "All recorded samples are stored" if document["missing"] else "Complete"
     verdict, tone = (whole, "good") if not losses else ("With loss", "warning")
     if not document["kept"]:
         verdict, tone = "Nothing can be read", "fatal"
@@ -65,4 +65,4 @@ def _missing(document: Json) -> str:
 
 def _lost(document: Json) -> str:
     unknown = any(loss["rows"] is None for loss in document["losses"])
-    return f"{document['lost']} samples" + (", and those that nothing tells of" if unknown else "")
+    return f"{document['lost']} samples" + (", and an unknown number" if unknown else "")

@@ -82,18 +82,18 @@ class MeterSettings:
     rate : float [Hz]
         Readings per second, paced by the TIMER of the meter.
     range_volts : float [V]
-        One of 0.1, 1, 10, 100, 1000; fixed, because a change of range is a change of the instrument.
+        Range, one of 0.1, 1, 10, 100, 1000; fixed, because a change of range is a change of the instrument.
     nplc : float, optional
         Aperture in periods of the mains, which are then suppressed. Neither this nor `aperture`: 1 where it fits
         into the period, else all of the period but 50 us.
     aperture : float, optional [s]
         500 ns to 1 s in steps of 100 ns.
     autozero : bool
-        A zero reading before each reading: takes twice the time.
+        Zero reading before each reading, which takes twice the time.
     output : "ASCII" or "DINT", optional
-        How readings travel; by default ASCII up to 200 Hz.
+        Format of the readings; by default ASCII up to 200 Hz.
     readings_per_arm : int
-        The meter is armed again after so many, with a marked gap.
+        Readings after which the meter is armed again, with a marked gap.
 
     Raises
     ------

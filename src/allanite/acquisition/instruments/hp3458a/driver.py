@@ -61,12 +61,13 @@ class HP3458A:
     Parameters
     ----------
     resource : str or callable
-        As `open_transport` takes it; or a function that returns a transport.
+        Resource as for `open_transport`, or a function that returns a transport.
     settings : MeterSettings
+        Settings of the meter.
     name : str
-        Of the channel.
+        Name of the channel.
     scale_factor : str, optional
-        Of the sensor at the input, e.g. ``"24.0 mV/(deg/s)"``.
+        Scale factor of the sensor at the input, e.g. ``"24.0 mV/(deg/s)"``.
     speed : float or None
         Of the meter's time against ours: 1 for a real one. None for a simulator without pace: then there is no clock
         to compare with, and each rejected line counts as one reading lost.

@@ -94,9 +94,11 @@ class SimulatedMeter:
     signal : callable
         Voltage of readings by their number since power-on.
     faults : sequence of MeterFault
+        Faults to simulate.
     speed : float or None
         The meter's time against the host's; None: every reading is due at once.
     mains_hz : float
+        Mains frequency.
     """
 
     def __init__(

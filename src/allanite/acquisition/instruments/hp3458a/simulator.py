@@ -134,14 +134,16 @@ class MeterSimulator:
     Parameters
     ----------
     meter : SimulatedMeter
+        Simulated meter.
     door : "socket", "prologix" or "prologix-serial"
+        Connection of the simulated meter.
     version : bytes, optional
-        What the adapter answers to ++ver.
+        Answer of the adapter to ++ver.
 
     Attributes
     ----------
     resource : str
-        What the driver opens.
+        Resource that the driver opens.
     heard, said : bytearray
         Bytes from and to the host.
 

@@ -134,6 +134,7 @@ def read_description(path: str | os.PathLike[str]) -> Description:
     Parameters
     ----------
     path : path
+        File that describes the device.
 
     Raises
     ------

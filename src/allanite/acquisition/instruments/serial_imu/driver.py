@@ -58,11 +58,11 @@ class SerialImu:
     port : str
         "/dev/ttyUSB0", "COM3", "socket://host:port"; see `allanite.acquisition.instruments.port_names`.
     description : Description or path
-        Of the device: `read_description`.
+        Description of the device, see `read_description`.
     gather : float [s]
         `read` waits this long for more after the first bytes, so that a block holds several samples.
     connect : callable, optional
-        What opens the port; for tests.
+        Function that opens the port; for tests.
 
     Raises
     ------

@@ -40,7 +40,7 @@ class ImuFault:
     size : int
         Bytes of garbage, bytes that remain of the frame, number of the bit, frames that are replayed or lost.
     seconds : float [s]
-        Of a pause, or of an absence.
+        Length of a pause or of an absence.
     serial : str or None
         Serial number of the device that comes back after "vanish"; None: the same.
     """

@@ -81,6 +81,7 @@ class Framer:
     Parameters
     ----------
     described : Description
+        Description of the device.
 
     Examples
     --------

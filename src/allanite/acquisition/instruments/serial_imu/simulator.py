@@ -33,14 +33,17 @@ class SimulatedImu:
     Parameters
     ----------
     description : Description
+        Description of the device.
     source : callable, optional
         Samples by number: `faults.Source`; by default white noise of `seed`, one unit strong.
     faults : sequence of ImuFault
+        Faults to simulate.
     speed : float
         Times the rate of the description; infinity: as fast as it is read. An absence takes as long as it says.
     total : int, optional
         Samples after which it falls silent.
     seed : int
+        Seed of the noise.
     serial : str
         Serial number that it answers, where the description says how to ask.
 

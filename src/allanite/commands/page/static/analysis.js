@@ -7,10 +7,10 @@ import { run } from "./progress.js";
 import { ResultView } from "./result.js";
 
 const KINDS = {
-  spectrum: ["Spectrum", "Power spectral density with intervals; lines that stand out"],
+  spectrum: ["Spectrum", "Power spectral density with intervals; spectral lines"],
   variation: ["Does the noise change?", "Allan deviation over time, and a test for a change"],
-  select: ["Which terms?", "Sets of noise terms side by side, and how sure the choice is"],
-  filter: ["Filter", "The drift that a noise model knows, removed; whether the model holds"],
+  select: ["Which terms?", "Compare sets of noise terms, with the confidence of the choice"],
+  filter: ["Filter", "Remove the drift that a noise model predicts, and test the model"],
 };
 
 export class AnalysisPanel {

@@ -35,7 +35,7 @@ let view = null;
 function welcome(session) {
   return h("section", {},
     h("h1", {}, "Recordings of inertial sensors"),
-    h("p", {}, `Choose a recording, or drop a log of a sensor at rest on the page: CSV, NumPy, Parquet, MATLAB, HDF5, ROS bags, flight logs, spreadsheets. It is opened at once; its noise model, imu.yaml and a report are one button away.`),
+    h("p", {}, `Choose a recording, or drop a log of a sensor at rest on the page: CSV, NumPy, Parquet, MATLAB, HDF5, ROS bags, flight logs, spreadsheets. It opens immediately; one button gives its noise model, imu.yaml and a report.`),
     h("p", { class: "soft" }, `allanite ${session.version}. Everything stays on this machine. Results go to allanite-results in ${session.folder}.`));
 }
 

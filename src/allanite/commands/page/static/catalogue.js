@@ -79,13 +79,13 @@ export function fileList(place, { writable, upload_limit: limit }) {
     fill(
       place,
       h("h2", { id: "side-files-title" }, "Recordings ", h("span", { class: "soft" }, `in ${known.folder}`)),
-      listed.length ? h("ul", { class: "files" }, listed.map(row)) : h("p", { class: "soft" }, "No recording is here yet."),
+      listed.length ? h("ul", { class: "files" }, listed.map(row)) : h("p", { class: "soft" }, "No recordings yet."),
       removed.length ? h("details", {}, h("summary", {}, `Removed from the list: ${removed.length}`), h("ul", { class: "removed" }, removed.map((r) => h("li", {}, shortName(r.name), " ", listing(r, true))))) : null,
-      known.truncated ? h("p", { class: "note" }, "The folder holds more than is listed.") : null,
+      known.truncated ? h("p", { class: "note" }, "The folder contains more than is listed.") : null,
       zone,
     );
   };
-  const zone = writable ? dropZone(limit, refresh) : h("p", { class: "note" }, "The folder cannot be written: nothing can be dropped.");
+  const zone = writable ? dropZone(limit, refresh) : h("p", { class: "note" }, "The folder is read-only: files cannot be added.");
   watch(draw);
   window.addEventListener("hashchange", draw);
   draw();

@@ -43,12 +43,12 @@ export class CompareView {
       return h("label", { class: "tick" }, input, r.name, " ", catalogue.healthTag(r));
     };
     this.button.disabled = this.chosen.size < 2;
-    fill(this.list, h("legend", { class: "hidden" }, "Recordings"), found.length ? found.map(row) : h("p", { class: "soft" }, "No recording is here yet."));
+    fill(this.list, h("legend", { class: "hidden" }, "Recordings"), found.length ? found.map(row) : h("p", { class: "soft" }, "No recordings yet."));
   }
 
   async compare(doing, read, options) {
     const ids = catalogue.recordings().map((r) => r.id).filter((id) => this.chosen.has(id));
-    if (ids.length < 2) return notice("Choose two recordings or more.");
+    if (ids.length < 2) return notice("Choose two or more recordings.");
     const job = await run(doing, { kind: "compare", recordings: ids, read, options });
     if (job) await this.result.show(job);
   }

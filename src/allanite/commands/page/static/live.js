@@ -38,7 +38,7 @@ export class CaptureView {
     select.addEventListener("change", () => this.drawForm(select.value));
     this.chosen = () => select.value;
     this.place = h("div", {}, h("h1", {}, "Capture"),
-      h("section", { "aria-label": "Start" }, session.writable ? [h("div", { class: "bar" }, h("label", { for: "capture-instrument" }, "Instrument"), select, again), this.note, this.form] : h("p", {}, "The folder cannot be written: nothing can be recorded here.")),
+      h("section", { "aria-label": "Start" }, session.writable ? [h("div", { class: "bar" }, h("label", { for: "capture-instrument" }, "Instrument"), select, again), this.note, this.form] : h("p", {}, "The folder is read-only: recording is not possible here.")),
       this.list);
     this.drawForm(select.value);
   }
@@ -89,7 +89,7 @@ export class CaptureView {
         location.hash = `#/live/${capture.run}`;
         return;
       }
-      if (!capture || capture.state === "ended") return notice(capture?.message || "The recorder ended at once.");
+      if (!capture || capture.state === "ended") return notice(capture?.message || "The recorder ended immediately.");
       await new Promise((resolve) => setTimeout(resolve, 250));
     }
   }
@@ -99,7 +99,7 @@ export class CaptureView {
     const news = JSON.stringify(captures.map(({ id, state, run, exit }) => [id, state, run, exit]));
     if (news === this.shown) return captures;
     this.shown = news;
-    fill(this.list, h("h2", { id: "captures-title" }, "Captures"), captures.length ? h("ul", { class: "verdict" }, captures.map((c) => this.row(c))) : h("p", { class: "soft" }, "None has been started from this page."));
+    fill(this.list, h("h2", { id: "captures-title" }, "Captures"), captures.length ? h("ul", { class: "verdict" }, captures.map((c) => this.row(c))) : h("p", { class: "soft" }, "No recording was started from this page."));
     return captures;
   }
 
@@ -144,7 +144,7 @@ export class LiveView {
       this.stream.close();
       this.status.textContent = JSON.parse(event.data).message;
     });
-    this.stream.onerror = () => (this.status.textContent = "The connection is interrupted; the recorder goes on. Trying again …");
+    this.stream.onerror = () => (this.status.textContent = "Connection lost; the recorder continues. Reconnecting …");
     const { captures } = await get("/api/captures");
     this.capture = captures.find((c) => c.run === this.run && c.state !== "ended");
     this.stop.hidden = !this.capture;

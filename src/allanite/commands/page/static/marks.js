@@ -88,7 +88,7 @@ export class Marks {
     const mark = h("button", { type: "button", "aria-pressed": String(this.on), onclick: () => this.switched() }, this.on ? "Stop marking" : `Mark ${word}s on the series`);
     const add = h("button", { type: "button", onclick: () => { this.rows.push([0, 0, 0]); this.again(); this.place.querySelector("tbody tr:last-child input").focus(); } }, `Add a ${word}`);
     const clear = this.rows.length ? h("button", { type: "button", onclick: () => this.set([]) }, "Remove all") : null;
-    const hint = this.on ? `Draw across the series to mark a ${word}; drag a band or its end to correct it.` : this.rows.length ? `${this.rows.length} ${word}${this.rows.length > 1 ? "s" : ""}` : this.kind === "turns" ? "None given: turns are looked for in the record." : "List where the axis pointed, and when.";
+    const hint = this.on ? `Draw across the series to mark a ${word}; drag a band or its end to correct it.` : this.rows.length ? `${this.rows.length} ${word}${this.rows.length > 1 ? "s" : ""}` : this.kind === "turns" ? "None given: turns are detected in the record." : "List where the axis pointed, and when.";
     fill(this.place, h("div", { class: "bar" }, mark, add, clear, h("span", { class: "soft" }, hint)), this.rows.length ? this.table(word) : null);
   }
 

@@ -69,12 +69,12 @@ export class MeasurePanel {
     const turns = found.reversals?.turns;
     const rate = found.reversals?.rate;
     const take = turns?.length && this.kind === "earth-rate"
-      ? h("section", { "aria-label": "Turns that were found" }, h("div", { class: "bar" }, h("button", { type: "button", onclick: () => this.takeOver(turns, rate) }, `Take over the ${turns.length} turns that were found, to correct them`)))
+      ? h("section", { "aria-label": "Detected turns" }, h("div", { class: "bar" }, h("button", { type: "button", onclick: () => this.takeOver(turns, rate) }, `Edit the ${turns.length} detected turns`)))
       : null;
     await this.result.show(job, take);
   }
 
-  /** Turns that were found become rows and bands, to be corrected by hand. */
+  /** Detected turns become rows and bands, to be corrected by hand. */
   takeOver(turns, rate) {
     this.marks.set(turns.map((t) => [t.start / rate, t.stop / rate, 0]));
     this.recording.look();

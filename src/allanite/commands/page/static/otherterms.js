@@ -45,7 +45,7 @@ export function otherTerms(session, subject, table, drawn, channel) {
     place.show = () => found.childElementCount && show();
   });
   const place = h("details", {}, h("summary", {}, "Fit other terms, or with another method"),
-    h("form", { onsubmit: fit }, form.place, h("p", { class: "note" }, "Terms hold for likelihood and spectral: Q quantisation, N white noise, B flicker, G Gauss-Markov, K random walk, R ramp."), h("div", { class: "bar" }, h("button", {}, "Fit"))), doing, found);
+    h("form", { onsubmit: fit }, form.place, h("p", { class: "note" }, "Terms apply to likelihood and spectral: Q quantization, N white noise, B flicker, G Gauss-Markov, K random walk, R ramp."), h("div", { class: "bar" }, h("button", {}, "Fit"))), doing, found);
   place.show = () => {};
   return place;
 }

@@ -48,7 +48,7 @@ export function parameterTable(channel, confidence = 0.95) {
   const draw = () => {
     const [first, ...others] = channel.models;
     fill(place, first ? table(channel, first, draw) : h("p", { class: "soft" }, "No model was fitted to this channel."),
-      others.map((model) => h("details", {}, h("summary", {}, `Another reading of the same record: ${model.family.replace("-", " ")}`), table(channel, model, draw))));
+      others.map((model) => h("details", {}, h("summary", {}, `Alternative model of the same record: ${model.family.replace("-", " ")}`), table(channel, model, draw))));
     for (const cell of place.querySelectorAll("thead th:nth-child(3)")) cell.textContent = `${digits(100 * confidence, 3)} % interval`;
   };
   draw();

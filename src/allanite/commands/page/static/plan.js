@@ -18,7 +18,7 @@ const SLIDERS = {
   latitude: { label: "Latitude", unit: "deg", low: -89, high: 89, step: 0.5, start: 48, value: (v) => v, says: (v) => `${v} deg` },
   dwell: { label: "Time from turn to turn", low: 0.7, high: 3.3, step: 0.02, start: Math.log10(60), value: (v) => Number((10 ** v).toPrecision(2)), says: duration },
   duration: { label: "Length of the record", low: 2, high: 5.5, step: 0.02, start: Math.log10(1800), value: (v) => Number((10 ** v).toPrecision(2)), says: duration },
-  dead_time: { label: "Lost at each turn", low: 0, high: 30, step: 0.5, start: 2, value: (v) => v, says: (v) => `${v} s` },
+  dead_time: { label: "Time lost per turn", low: 0, high: 30, step: 0.5, start: 2, value: (v) => v, says: (v) => `${v} s` },
   goal: { label: "Goal (one sd)", low: 0.5, high: 30, step: 0.5, start: 5, value: (v) => v, says: (v) => `${v} % of the Earth rate` },
 };
 

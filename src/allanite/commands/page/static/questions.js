@@ -28,7 +28,7 @@ function question({ sensor, channels, keys, option, low, high, answers, likely, 
     other.hidden = select.value !== OTHER;
     if (!other.hidden) other.focus();
   });
-  const help = likely ? `Told by gravity: ${reason}.` : counts ? "The data sheet says it, for the range that was set. Without it results stay in counts." : "Without it results stay in the numbers of the file.";
+  const help = likely ? `From gravity: ${reason}.` : counts ? "The data sheet states it for the selected range. Without it, results are in counts." : "Without it, results are in the numbers of the file.";
   const answer = () => (select.value === OTHER ? other.value.trim() : select.value);
   return {
     row: h("div", { class: "field question" }, h("label", { for: id }, SENSORS[sensor], h("span", { class: "name" }, facts)), select, other, h("span", { class: "help", id: `${id}-help` }, help)),

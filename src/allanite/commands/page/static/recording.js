@@ -64,7 +64,7 @@ export class RecordingView {
   }
 
   async load() {
-    if (!this.found) throw new Error("This recording is not in the folder any more.");
+    if (!this.found) throw new Error("This recording is no longer in the folder.");
     const [study] = catalogue.documents((d) => d.recording === this.id && d.format === "allanite-study");
     const job = work.all().find((j) => j.kind === "characterize" && j.recording === this.id && !work.isOver(j));
     await Promise.all([this.open(), study ? this.showStudy(study) : null, job ? this.finish(followed(this.doing, job)) : null]);

@@ -32,7 +32,7 @@ export class ResultsView {
     const found = catalogue.documents((d) => !NO_PAGE.includes(d.format));
     fill(this.list, found.length
       ? h("div", { class: "wide" }, h("table", {}, h("thead", {}, h("tr", {}, ["Result", "Made from", "When"].map((t) => h("th", { scope: "col" }, t)))), h("tbody", {}, found.map(row))))
-      : h("p", { class: "soft" }, "None is here yet. Results of the page and of the commands appear here: studies, Earth rates, calibrations, alignments, comparisons, plans and others."));
+      : h("p", { class: "soft" }, "No results yet. Results from this page and from commands appear here: studies, Earth rates, calibrations, alignments, comparisons, plans and others."));
   }
 }
 
@@ -50,7 +50,7 @@ export class DocumentView {
   }
 
   load() {
-    if (!this.found) throw new Error("This result is not in the folder any more.");
+    if (!this.found) throw new Error("This result is no longer in the folder.");
     if (this.view instanceof StudyView) return this.view.load();
     return this.view.showDocument(this.found, this.found.format === CALIBRATION ? exportBar(this.session, this.found) : null);
   }

@@ -260,10 +260,9 @@ def _refuse_untold(observed: Observed, solution: CalibrationSolution) -> None:
     ]
     if lacking:
         raise DataQualityError(
-            f"nothing tells the noise of the {' and the '.join(lacking)}: "
-            f"{plural(observed.n, 'position', 'determine')} parameters and attitudes, with nothing left over. Give the "
-            "noise (--model with --averaging), columns of standard deviations, or more positions: each further one "
-            "adds one degree of freedom of the accelerometers"
+            f"the noise of the {' and the '.join(lacking)} is unknown: {plural(observed.n, 'position', 'determine')} "
+            "parameters and attitudes, with no degrees of freedom left. Give the noise (--model with --averaging), "
+            "columns of standard deviations, or more positions: each adds one degree of freedom of the accelerometers"
         )
 
 

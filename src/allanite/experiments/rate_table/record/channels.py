@@ -65,7 +65,7 @@ def refuse_still(recording: Recording, channel: str) -> None:
         )
     if low == high:
         raise InputError(
-            f"channel {channel!r} holds one value throughout: is the sensor connected, and is it this channel?"
+            f"channel {channel!r} repeats one value throughout: is the sensor connected, and is this its channel?"
         )
 
 

@@ -158,8 +158,8 @@ class RegressionRows:
         spans, numbers = window.spans(table)
         if not len(spans):
             raise InputError(
-                f"every stretch of the table is shorter than the {window.dead_time + window.guard:.3g} s that are left "
-                "out of it: give a shorter dead time, if the sensor settles"
+                f"every stretch of the table is shorter than the dead time, {window.dead_time + window.guard:.3g} s: "
+                "give a shorter one if the sensor settles"
             )
         made = _Maker(
             recording=recording,
@@ -286,7 +286,7 @@ class _Maker:
         part, span, time, mean, columns = _joined(chunks)
         if not (part > 0).any():
             raise InputError(
-                f"no sample of channel {self.channel!r} is left: times of table "
+                f"no sample of channel {self.channel!r} remains: times of table "
                 f"({self.table.spans[0, 0]:g} s to {self.table.spans[-1, 1]:g} s) and record (0 to "
                 f"{self.recording.duration:g} s) do not overlap, or every stretch is shorter than the dead time"
             )
