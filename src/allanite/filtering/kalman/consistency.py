@@ -160,7 +160,7 @@ def consistency(innovations: ArrayLike, variances: ArrayLike, *, confidence: flo
     --------
     >>> rng = np.random.default_rng(1)
     >>> consistency(2 * rng.standard_normal(10_000), np.ones(10_000)).reason
-    'the noise is larger than the model says by a factor 2 (standard deviation)'
+    'the noise is larger than the model predicts by a factor 2 (standard deviation)'
     """
     e, s = (np.asarray(x, dtype=np.float64) for x in (innovations, variances))
     if e.ndim != 1 or e.shape != s.shape:
