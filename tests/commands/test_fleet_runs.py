@@ -7,9 +7,10 @@ import json
 import math
 import os
 import signal
-from concurrent.futures import Future
+from concurrent.futures import Future, ProcessPoolExecutor
 
 import numpy as np
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 import pytest
 
@@ -149,6 +150,42 @@ def test_a_kept_study_is_read_and_any_other_is_made_again(made, monkeypatch):
     assert kept.provenance.sha256 == column(run.path, "sha256", log=log)[0]
     with pytest.raises(al.InputError, match=r"no log 'logs/none\.csv'"):
         run.study("logs/none.csv")
+
+
+def test_other_programs_read_the_table_in_one_line(made, monkeypatch):
+    folder, _, _ = made
+    monkeypatch.chdir(folder)
+    table = pq.read_table("fleet/fleet.parquet")
+    white = table.filter(pc.equal(table["term"], "N"))
+    pandas = pytest.importorskip("pandas")
+    assert len(pandas.read_parquet("fleet/fleet.parquet").query("term == 'N'")) == len(white) == 8
+    duckdb = pytest.importorskip("duckdb")
+    counted = duckdb.sql(
+        "SELECT lot, count(estimate) FROM 'fleet/fleet.parquet' WHERE term = 'N' GROUP BY lot"
+    )
+    assert sorted(counted.fetchall()) == [("L0", 4), ("L1", 4)]
+    assert (
+        duckdb.sql("SELECT len(profile) FROM 'fleet/fleet.parquet' WHERE term = 'N'").fetchall() == [(9,)] * 8
+    )
+    polars = pytest.importorskip("polars")
+    frame = polars.scan_parquet("fleet/fleet.parquet").filter(polars.col("term") == "N").collect()
+    assert [[*profile] for profile in frame["profile"]] == white["profile"].to_pylist()
+
+
+def test_processes_of_an_executor_do_logs_too(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_fleet(tmp_path / "logs", 1)
+    with ProcessPoolExecutor(1) as pool:
+        assert al.fleet("logs/**/*.csv", out="fleet", executor=pool).failed == ()
+        pool.shutdown()
+        write_log(tmp_path / "logs" / "b.csv", seed=3)
+        with pytest.raises(al.WorkerError, match="takes no more logs"):
+            al.fleet("logs/**/*.csv", out="fleet", executor=pool)
+
+
+def test_an_option_that_read_does_not_take_is_refused_before_any_log(tmp_path):
+    with pytest.raises(al.InputError, match="fleet takes no option speed; those of read are: unit, time"):
+        al.fleet(tmp_path / "*.csv", out=tmp_path / "fleet", speed=3)
 
 
 # -- nothing twice ------------------------------------------------------------------------------------------

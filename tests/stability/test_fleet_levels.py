@@ -111,10 +111,14 @@ def test_a_root_at_zero_beside_a_level_does_no_harm(level, offset):
     assert_restored(fine(lambda x: depth * np.expm1(2 * x)))
 
 
-def test_what_the_walks_trace_comes_back():
-    # the walks keep few knots: their chords themselves are this far from the curve
-    upper = limit(lambda x: math.exp(4 * x), -3.0, CRITICAL)
+@pytest.mark.parametrize("start", [-3.0, -2.7, -2.4, -2.1])
+def test_what_the_walks_trace_is_as_close_as_their_chords(start):
+    # the root of the limit is exp(2 x), of the estimate 5 expm1(2 x): levels of both in closed form
+    upper = limit(lambda x: math.exp(4 * x), start, CRITICAL)
+    np.testing.assert_allclose(levels_of(upper)[0][5:], 0.5 * np.log(LEVELS[5:]), atol=0.03)
     inner = traced(lambda x: (5 * math.expm1(2 * x)) ** 2, 0.0, 0.1, CRITICAL, at_zero=25.0)
+    levels = levels_of(inner)[0]
+    np.testing.assert_allclose(levels[1:], 0.5 * np.log1p(np.array(LEVELS[1:]) / 5), atol=0.01)
     for profile in (upper, inner):
         levels, root_at_zero = levels_of(profile)
         restored = profile_of(levels, root_at_zero, CRITICAL)

@@ -9,9 +9,10 @@ ones, so that a run may end at any moment: what is there is whole.
 from __future__ import annotations
 
 import fcntl
+import itertools
 import json
 import os
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -147,7 +148,7 @@ class FleetFolder:
         """Keep the rows of logs that are done; they are on the medium when this returns."""
         part = arrow_table(rows, _OF_PART)
         self._forgotten -= {str(row["log"]) for row in rows}
-        self._write(part, self._parts / f"{self._next:09d}.parquet")
+        self._write([part], self._parts / f"{self._next:09d}.parquet")
         self._next += 1
         self._learn(part)
         if len(parts := self._listed()) > _MERGE:
@@ -172,9 +173,9 @@ class FleetFolder:
         older = [self.table] if self.table.exists() else []
         columns = [c.name for c in _OF_PART if c not in _OF_LOG]
         rows = _newest([*older, *parts], columns)
-        table = _labeled(rows.filter(_among(rows, self.logs)), labels, self.logs)
-        self._write(table, self.table)
-        self._write(_states(self.logs), self._state / "logs.parquet")
+        rows = rows.filter(_among(rows, self.logs))
+        self._write(_labeled(rows, labels, self.logs), self.table)
+        self._write([_states(self.logs)], self._state / "logs.parquet")
         for part in parts:
             part.unlink()
 
@@ -213,16 +214,23 @@ class FleetFolder:
 
     def _merge(self, parts: Sequence[Path]) -> None:
         """Make one part of many; its number is that of the last, which it replaces."""
-        self._write(_newest(parts, [c.name for c in _OF_PART]), parts[-1])
+        self._write([_newest(parts, [c.name for c in _OF_PART])], parts[-1])
         for part in parts[:-1]:
             part.unlink()
 
     @staticmethod
-    def _write(table: pa.Table, place: Path) -> None:
+    def _write(tables: Iterable[pa.Table], place: Path) -> None:
+        """Write tables of one schema, one below the other."""
         import pyarrow.parquet as pq
 
-        with fresh(place, force=True, durable=True) as new:
-            pq.write_table(table, new, compression="zstd", row_group_size=_ROWS)
+        coming = iter(tables)
+        first = next(coming)
+        with (
+            fresh(place, force=True, durable=True) as new,
+            pq.ParquetWriter(new, first.schema, compression="zstd") as writer,
+        ):
+            for table in itertools.chain([first], coming):
+                writer.write_table(table, row_group_size=_ROWS)
 
 
 def _newest(places: Sequence[Path], columns: Sequence[str]) -> pa.Table:
@@ -266,20 +274,22 @@ def _states(logs: Mapping[str, LogState]) -> pa.Table:
     return pa.table(columns)
 
 
-def _labeled(rows: pa.Table, labels: LogLabels, logs: Mapping[str, LogState]) -> pa.Table:
-    """Rows with the labels of their logs, sorted by log."""
-    import pyarrow as pa
-
-    rows = rows.take(_order(rows))
+def _labeled(rows: pa.Table, labels: LogLabels, logs: Mapping[str, LogState]) -> Iterator[pa.Table]:
+    """Rows with the labels of their logs, sorted by log, some at a time: a copy of all would double the memory."""
+    rows = rows.combine_chunks()
     coded = rows["log"].combine_chunks().dictionary_encode()
     of_logs = [_labels_of(log, labels, logs.get(log)) for log in coded.dictionary.to_pylist()]
-    columns = {name: rows[name] for name in rows.column_names}
-    for name in (*LABELS, *labels.further):
-        columns[name] = pa.chunked_array([_label_array(name, of_logs).take(coded.indices)])
-    order = [c.name for c in COLUMNS]
-    place = order.index(LABEL_END) + 1
-    order[place:place] = labels.further
-    return pa.table({name: columns[name] for name in order})
+    arrays = {name: _label_array(name, of_logs) for name in (*LABELS, *labels.further)}
+    names = [c.name for c in COLUMNS]
+    place = names.index(LABEL_END) + 1
+    names[place:place] = labels.further
+    order = _order(rows)
+    for start in range(0, max(len(order), 1), _ROWS):
+        chosen = order.slice(start, _ROWS)
+        part, which = rows.take(chosen), coded.indices.take(chosen)
+        for name, array in arrays.items():
+            part = part.append_column(name, array.take(which))
+        yield part.select(names)
 
 
 def _among(rows: pa.Table, logs: Collection[str]) -> pa.Array:

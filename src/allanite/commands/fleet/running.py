@@ -19,6 +19,7 @@ from allanite.commands.fleet.addresses import LogAddress, logs_of
 from allanite.commands.fleet.folder import FleetFolder, LogState
 from allanite.commands.fleet.jobs import Workers, outcomes, workers
 from allanite.commands.fleet.labels import LogLabels
+from allanite.commands.option import READING
 from allanite.errors import InputError
 from allanite.plain_files.atomic_file import fresh, make_folder
 from allanite.plain_files.regular_file import regular
@@ -38,6 +39,7 @@ TIMEOUT = 3600.0
 """Time that a log may take, unless another is given [s]."""
 _STUDIES = "studies"
 _FILES = ("layout",)  # reading options that name a file
+_READING = ", ".join(option.python for option in READING)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -167,6 +169,8 @@ def fleet(
     WorkerError
         Workers without allanite, or with another version.
     """
+    if unknown := reading.keys() - {option.python for option in READING}:
+        raise InputError(f"fleet takes no option {', '.join(sorted(unknown))}; those of read are: {_READING}")
     given = [paths] if isinstance(paths, (str, os.PathLike)) else [*paths]
     settings: dict[str, Any] = {
         "paths": [os.fspath(path) for path in given],
