@@ -13,7 +13,7 @@ the integrals of R, of R_ab x_c, of R_ab (T - T_0) and, of gyros that follow gra
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from typing import Protocol
 
 import numpy as np
@@ -88,6 +88,8 @@ class TurningSamples:
         wandering within a span, that is the rotation between the two means.
     shared : ndarray of int64, shape (m,), or None
         First samples of each turn that are the last of the turn before it as well; None: no turn shares any.
+    last : list
+        The errors that were asked for last, as bytes, with what they give: moments and noise are asked for together.
     """
 
     y: Array
@@ -97,6 +99,9 @@ class TurningSamples:
     force: Array | None = None
     weight: Array | None = None
     shared: NDArray[np.int64] | None = None
+    last: list[tuple[bytes, tuple[Array, Array, Array]]] = field(
+        init=False, repr=False, compare=False, default_factory=list
+    )
 
     @property
     def _seconds(self) -> Array:
@@ -106,6 +111,12 @@ class TurningSamples:
 
     def _rotations(self, errors: TriadErrors) -> tuple[Array, Array, Array]:
         """D of each turn, R at the middle of each sample, and the rates."""
+        key = b"".join(np.asarray(getattr(errors, f.name)).tobytes() for f in fields(errors))
+        if not self.last or self.last[0][0] != key:
+            self.last[:] = [(key, self._integrated(errors))]
+        return self.last[0][1]
+
+    def _integrated(self, errors: TriadErrors) -> tuple[Array, Array, Array]:
         x = errors.true(self.y, self.warmer, self.force)
         turned = with_coning(x * self._seconds[:, None], self.edges)
         ends, middle = np.empty((len(self.dt), 3, 3)), np.empty((len(x), 3, 3))
