@@ -260,7 +260,8 @@ def _timed(
     while True:
         step /= _FINE
         for t in np.unique(np.rint(np.arange(low + step, high - step / 2, step))).tolist():
-            known.setdefault(t, _least(t, change, others, misfit))  # a step lies between two samples
+            if t not in known:  # a step lies between two samples
+                known[t] = _least(t, change, others, misfit)
         best = min(known, key=lambda t: known[t])
         low, high = best - step, best + step
         if step <= 1 or all(known.get(t, math.inf) <= known[best] + level for t in _beside(best, known)):

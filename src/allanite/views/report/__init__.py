@@ -203,7 +203,7 @@ def _shown(value: Any) -> Any:
 
 @functools.cache
 def _plotly_script() -> str:
-    """Plotly's script out of the installed package, kept for the next report; text that would close its element is broken up."""
+    """Plotly's script out of the installed package, kept; text that would close its element is broken up."""
     import plotly
 
     script = (Path(plotly.__file__).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
