@@ -494,7 +494,7 @@ def test_turns_are_marked_dragged_typed_and_measured(page: Any, served: tuple[st
     form.get_by_label("Model in words").fill("N=0.001 deg/√h")
     form.get_by_label("First", exact=True).select_option("north")
     page.get_by_role("button", name="Measure").press("Enter")
-    page.get_by_role("button", name="Take over the 9 turns").click()
+    page.get_by_role("button", name="Edit the 9 detected turns").click()
     assert len(values()) == 18
     first = page.get_by_label("Stop [s] of turn 1")
     first.fill("25")

@@ -22,6 +22,7 @@ from allanite.experiments.dead_reckoning import DeadReckoning, InitialErrors, Re
 from allanite.experiments.dead_reckoning.dynamics import error_dynamics, radii
 from allanite.experiments.dead_reckoning.intervals import VariancePart, interval
 from allanite.experiments.dead_reckoning.propagation import covariances
+from allanite.experiments.dead_reckoning.results import LINEAR
 from allanite.noise import (
     Estimate,
     Flicker,
@@ -35,6 +36,7 @@ from allanite.noise import (
     White,
 )
 from allanite.quantities.earth import EARTH_RATE, normal_gravity
+from allanite.views.plain_page import plain_page
 from shell import Run
 
 OLD = Path(__file__).parent / "documents"
@@ -396,7 +398,8 @@ def test_notes_say_what_is_missing_and_where_the_model_ends() -> None:
 
 def test_every_remark_is_in_a_document_of_version_1_and_the_first_documents_are_read() -> None:
     documents = [json.loads(p.read_text(encoding="utf-8")) for p in OLD.glob("dead-reckoning-1-*.json")]
-    assert {code for d in documents for code in DeadReckoning.from_json(d).remarks} == {*ReckoningRemark}
+    codes = {code for d in documents for code in DeadReckoning.from_json(d).remarks}
+    assert codes == {*ReckoningRemark}
     first = next(d for d in documents if d["rest"] and d["vertical"])
     del first["vertical"]
     assert DeadReckoning.from_json(first).vertical
@@ -406,7 +409,7 @@ def test_an_alternative_is_told() -> None:
     flicker = NoiseModel.of(White(N=1e-4), Flicker(B=2e-5))
     both = replace(flicker, alternative=NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(2e-5, 100.0)))
     found = dead_reckon({"gyro": both}, latitude=LATITUDE)
-    assert found.sd == pytest.approx(dead_reckon({"gyro": flicker}, latitude=LATITUDE).sd)
+    assert found.sd == pytest.approx(dead_reckon({"gyro": flicker}, latitude=LATITUDE).sd, nan_ok=True)
     assert any("cannot decide" in note for note in found.notes)
 
 
@@ -417,12 +420,12 @@ def test_an_alternative_is_told() -> None:
         (dict.fromkeys("xy", NoiseModel.of(White(N=1.0))), {}, "2 noise models of a gyro"),
         (NoiseModel.of(White(N=1.0)), {"latitude": math.pi / 2}, "pole"),
         (NoiseModel.of(White(N=1.0)), {"duration": -1.0}, "duration must be positive"),
-        (NoiseModel.of(White(N=1.0)), {"duration": 1e7}, "7 days"),
+        (NoiseModel.of(White(N=1.0)), {"duration": 1e7}, "30 days"),
         (NoiseModel.of(White(N=1.0)), {"rest": 0.0}, "rest must be positive"),
         (NoiseModel.of(White(N=1.0)), {"vertical": True}, "only a rest shows"),
         (NoiseModel.of(White(N=1.0)), {"times": [7200.0]}, "between 0 and the duration"),
         (NoiseModel.of(White(N=1.0)), {"heading": math.nan}, "heading must be"),
-        (NoiseModel.of(White(N=0.0)), {}, "no error to tell"),
+        (NoiseModel.of(White(N=0.0)), {}, "no error to compute"),
     ],
 )
 def test_refusals(models: Any, options: dict[str, Any], message: str) -> None:
@@ -432,6 +435,72 @@ def test_refusals(models: Any, options: dict[str, Any], message: str) -> None:
         InitialErrors(tilt=-1.0)
     with pytest.raises(InputError, match="no quantity 'depth'"):
         _ = budget(White(N=1.0))["depth"]
+
+
+# -- the end of the linear model ----------------------------------------------------------------------------------
+
+NAVIGATION_GRADE = {
+    "gyro": NoiseModel.of(White(N=3e-7), Flicker(B=1.5e-8)),
+    "accelerometer": NoiseModel.of(White(N=5e-5), Flicker(B=5e-5), kind="acceleration"),
+}
+MEMS = {
+    "gyro": NoiseModel.of(White(N=1e-4), Flicker(B=3e-5), RandomWalk(K=3e-6)),
+    "accelerometer": NoiseModel.of(White(N=1e-3), GaussMarkov.from_sigma(1e-3, 300.0), kind="acceleration"),
+}
+DAY = 86400.0
+
+
+@pytest.mark.parametrize("duration", [60.0, 3600.0, DAY, 2 * DAY, 3 * DAY, 7 * DAY, 30 * DAY])
+@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("models", [NAVIGATION_GRADE, MEMS], ids=["navigation", "mems"])
+def test_no_error_is_stated_beyond_the_linear_model(
+    models: dict[str, NoiseModel], held: bool, duration: float
+) -> None:
+    initial = InitialErrors(heading=1e-3, gyro_bias=1e-8, accelerometer_bias=1e-4)
+    made = dead_reckon(models, latitude=LATITUDE, duration=duration, held=held, initial=initial)
+    resolved = np.isfinite(made.sd).all(axis=1)
+    assert resolved[: made.last + 1].all() and not np.isfinite(made.sd[made.last + 1 :]).any()
+    assert all(np.nanmax(made[quantity]) <= limit for quantity, limit in LINEAR.items())
+    ended = made.resolved_until is not None
+    assert ended is (made.last + 1 < len(made.times)) is (ReckoningRemark.ENDS in made.remarks)
+    assert not ended or made.resolved_until == made.times[made.last]
+    for source in made.sources:
+        assert not np.isfinite(source.sd[made.last + 1 :]).any()
+        upper = source.upper[: made.last + 1, made.column("position_horizontal")]
+        assert not (np.isfinite(upper) & (upper > LINEAR["position_horizontal"])).any()
+    shown = plain_page(json.loads(json.dumps(made.to_json(), allow_nan=False)))
+    assert "nan" not in json.dumps(shown).replace("nance", "")
+    assert ("Not resolved beyond" in json.dumps(shown)) is ended
+
+
+def test_the_end_is_the_same_for_every_longer_duration_and_the_numbers_before_it_too() -> None:
+    """An unaided height leaves the linear model after hours; what is stated before does not depend on what follows."""
+    model = NoiseModel.of(White(N=5e-5), kind="acceleration")
+    times = [3600.0, 6 * 3600.0]
+    short, long = (
+        dead_reckon(model, latitude=LATITUDE, duration=t, times=times) for t in (6 * 3600.0, 30 * DAY)
+    )
+    assert short.resolved_until is not None or short.sd[-1, short.column("position_down")] < 6.4e5
+    for a, b in zip(short.rows, long.rows, strict=True):
+        np.testing.assert_allclose(long.sd[b], short.sd[a], rtol=1e-9)
+    ends = [
+        dead_reckon(model, latitude=LATITUDE, duration=t).resolved_until for t in (2 * DAY, 7 * DAY, 30 * DAY)
+    ]
+    assert all(end is not None and 0.8 < end / ends[0] < 1.25 for end in ends if ends[0] is not None)
+
+
+@pytest.mark.parametrize("name", ["not-linear", "beyond-the-record", "ramp-not-decided", "strong"])
+def test_former_documents_lose_what_is_beyond_the_linear_model(name: str) -> None:
+    document = json.loads((OLD / f"dead-reckoning-1-{name}.json").read_text(encoding="utf-8"))
+    made = DeadReckoning.from_json(document)
+    assert made.resolved_until is not None and made.resolved_until < made.duration
+    assert made.says.endswith("later errors are not resolved") and "e+" not in made.says
+    assert DeadReckoning.from_json(made.to_json()).says == made.says
+
+
+def test_initial_errors_beyond_the_linear_model_are_refused() -> None:
+    with pytest.raises(InputError, match="beyond the linear error model"):
+        dead_reckon(MEMS, latitude=LATITUDE, initial=InitialErrors(heading=2.0))
 
 
 # -- the command -----------------------------------------------------------------------------------------------------

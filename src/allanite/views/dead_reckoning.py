@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from allanite.experiments.dead_reckoning import DeadReckoning, Source
+from allanite.experiments.dead_reckoning.words import time_words
 from allanite.quantities.number_words import duration, number, upper_limit
 from allanite.quantities.quantity import interval_words
 from allanite.study.result_document import ResultDocument
@@ -20,6 +21,8 @@ __all__ = ["rows", "view"]
 _NOTHING = 1e-6
 #: Ends that are so close stand for no interval.
 _SAME = 1e-9
+#: Less of a variance has no number.
+_SMALL_SHARE = 1e-4
 _INITIAL = {
     "position": ("m", 1.0),
     "velocity": ("m/s", 1.0),
@@ -93,12 +96,12 @@ def _quantities(result: DeadReckoning) -> list[str]:
 
 
 def _errors(result: DeadReckoning) -> Iterator[PageBlock]:
-    column = result.column("position_horizontal")
-    low, high = float(result.lower[-1, column]), float(result.upper[-1, column])
+    column, last = result.column("position_horizontal"), result.last
+    low, high = float(result.lower[last, column]), float(result.upper[last, column])
     end = number(high) if math.isfinite(high) else "∞"
     yield Hero(
-        f"{number(float(result.sd[-1, column]))} m",
-        f"horizontal position after {duration(result.duration)}",
+        f"{number(float(result.sd[last, column]))} m",
+        f"horizontal position after {time_words(float(result.times[last]))}",
         f"[{number(low)}, {end}] m" if math.isfinite(low) else "no interval: a model states none",
         "one standard deviation, unaided",
         "good",
@@ -119,39 +122,60 @@ def _errors(result: DeadReckoning) -> Iterator[PageBlock]:
 
 def _sources(result: DeadReckoning) -> Iterator[PageBlock]:
     wanted = _quantities(result)
-    last = [*(False for _ in result.sources), True]
+    kept = [*(False for _ in result.sources), True]
+    end = f"after {time_words(float(result.times[result.last]))}"
+    position = [(s.name, _end(result, s, "position_horizontal"), _share(result, s)) for s in result.sources]
+    whole = ("total", _cell(result, result, result.last, "position_horizontal"), "")
+    yield from table(
+        ("Source", f"Horizontal position {end} [m]", "Share of variance"), [*position, whole], kept=kept
+    )
     lines = [(s.name, *(_end(result, s, q) for q in wanted)) for s in result.sources]
-    whole = ("together", *(_cell(result, result, -1, q) for q in wanted))
-    caption = f"After {duration(result.duration)}."
+    total = ("total", *(_cell(result, result, result.last, q) for q in wanted))
     heads = ("Source", *map(quantity_words, wanted))
-    yield from table(heads, [*lines, whole], caption=caption, kept=last, brief=False)
+    caption = f"All errors {end}."
+    yield from table(heads, [*lines, total], caption=caption, kept=kept, brief=False)
     for quantity in wanted:
         yield from table(
             (quantity_words(quantity), *map(duration, result.shown)),
             _over_time(result, quantity),
             caption="One standard deviation, by source.",
-            kept=last,
-            brief=quantity == "position_horizontal",
+            kept=kept,
+            brief=False,
         )
 
 
+def _share(result: DeadReckoning, source: Source) -> str:
+    """Of the variance of the horizontal position, in percent."""
+    column = result.column("position_horizontal")
+    whole = float(result.sd[result.last, column])
+    if source.is_limit or not whole > 0:
+        return "–"
+    share = (float(source.sd[result.last, column]) / whole) ** 2
+    if share < _SMALL_SHARE:
+        return "< 0.01 %"
+    return f"{100 * share:.0f} %" if share > 0.1 else f"{100 * share:.2g} %"
+
+
 def _over_time(result: DeadReckoning, quantity: str) -> Sequence[Sequence[str]]:
-    """What each source makes of one quantity at the shown times, the whole last."""
+    """The part of each source in one quantity at the shown times, the total last."""
     factor = BUDGET_QUANTITIES[quantity][2]
     lines = [(s.name, *(_short(result, s, at, quantity) for at in result.rows)) for s in result.sources]
-    return [*lines, ("together", *(number(float(result[quantity][at]) / factor) for at in result.rows))]
+    return [*lines, ("total", *(number(float(result[quantity][at]) / factor) for at in result.rows))]
 
 
 def _end(result: DeadReckoning, source: Source, quantity: str) -> str:
     """What a source makes of a quantity at the end, with its interval."""
-    small = source.sd[-1, result.column(quantity)] <= _NOTHING * result[quantity][-1]
+    last = result.last
+    small = source.sd[last, result.column(quantity)] <= _NOTHING * result[quantity][last]
     if source.is_limit or small:
-        return _short(result, source, -1, quantity)
-    return _cell(result, source, -1, quantity)
+        return _short(result, source, last, quantity)
+    return _cell(result, source, last, quantity)
 
 
 def _short(result: DeadReckoning, source: Source, at: int, quantity: str) -> str:
     column, factor = result.column(quantity), BUDGET_QUANTITIES[quantity][2]
+    if at > result.last:
+        return "–"
     if source.is_limit:
         high = float(source.upper[at, column])
         return upper_limit(high / factor) if math.isfinite(high) else "no limit"
@@ -160,6 +184,8 @@ def _short(result: DeadReckoning, source: Source, at: int, quantity: str) -> str
 
 
 def _cell(result: DeadReckoning, part: DeadReckoning | Source, at: int, quantity: str) -> str:
+    if at > result.last:
+        return "not resolved" if quantity == "position_horizontal" else "–"
     column, factor = result.column(quantity), BUDGET_QUANTITIES[quantity][2]
     value, low, high = (float(ends[at, column]) for ends in (part.sd, part.lower, part.upper))
     if math.isfinite(low) and not math.isfinite(high):

@@ -17,6 +17,7 @@ with f = (0, 0, -g), the rate of the navigation frame dw_in that wrong latitude 
 M and N being the radii of curvature of the ellipsoid in the meridian and across it, and the normal gravity of a wrong
 place, dg_D = (dg/dL) dL - (dg/dh) dr_D. Nothing else is of first order where the velocity is zero; Schuler's
 oscillation, Foucault's and that of 24 h are in (1), and so is the height, which runs away as exp(sqrt(-dg/dh) t).
+Errors beyond `results.LINEAR` are not those of (1).
 
 References
 ----------

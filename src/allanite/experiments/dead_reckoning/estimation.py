@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.experiments.dead_reckoning.intervals import VariancePart, interval
-from allanite.experiments.dead_reckoning.results import QUANTITIES, DeadReckoning, InitialErrors, Source
+from allanite.experiments.dead_reckoning.results import (
+    QUANTITIES,
+    DeadReckoning,
+    InitialErrors,
+    Source,
+    is_linear,
+)
 from allanite.experiments.dead_reckoning.sources import AxisProcess, StartingPoint, initial_processes
 from allanite.experiments.dead_reckoning.terms import SENSORS, AxisTerm, ReckoningSetting, entries, told
 from allanite.noise import NoiseModel
@@ -23,9 +29,12 @@ __all__ = ["LONGEST", "TIMES", "dead_reckon"]
 Array = NDArray[np.float64]
 
 #: Of the tables, as far as they fit in [s].
-TIMES = (1.0, 3.0, 10.0, 30.0, 60.0, 180.0, 600.0, 1800.0, 3600.0, 7200.0, 21600.0, 86400.0)
-#: Beyond a day a budget of unaided dead reckoning says nothing that anybody uses [s].
-LONGEST = 7 * 86400.0
+TIMES = (
+    *(1.0, 3.0, 10.0, 30.0, 60.0, 180.0, 600.0, 1800.0, 3600.0, 7200.0, 21600.0, 86400.0),
+    *(3 * 86400.0, 10 * 86400.0),
+)
+#: Longest duration [s].
+LONGEST = 30 * 86400.0
 #: Times between those of the tables, for curves: six to a doubling, twelve doublings.
 _PER_OCTAVE, _OCTAVES = 6, 12
 #: An attitude that is wrong by more is beyond the linear model: cos x is off by 1.5 % [rad].
@@ -123,11 +132,14 @@ def dead_reckon(
         at_start = list(initial_processes(begun, setting.axes, setting.place, list(by_sensor)))
         return _result(terms, at_start, setting, noise_models, begun, heading, shown, duration)
 
-    first = found({name: replace(model, alternative=None) for name, model in given.items()})
-    if all(model.alternative is None for model in given.values()):
-        return first
-    other = found({name: model.alternative or model for name, model in given.items()})
-    return replace(first, other_family=float(other["position_horizontal"][-1]), models=given)
+    # after days an unaided height outgrows the range of numbers
+    with np.errstate(over="ignore", invalid="ignore"):
+        first = found({name: replace(model, alternative=None) for name, model in given.items()})
+        if all(model.alternative is None for model in given.values()):
+            return first
+        other = found({name: model.alternative or model for name, model in given.items()})
+    end = min(first.last, other.last)
+    return replace(first, other_family=float(other["position_horizontal"][end]), models=given)
 
 
 # -- what is asked for ------------------------------------------------------------------------------------------
@@ -143,7 +155,7 @@ def _check(duration: float, rest: float | None, vertical: bool, heading: float, 
         )
     if duration > LONGEST:
         raise InputError(
-            f"duration {duration:g} s: errors are told for up to 7 days; a fix ends dead reckoning"
+            f"duration {duration:g} s: at most 30 days, since dead reckoning ends with the first fix"
         )
     if not math.isfinite(heading):
         raise InputError(f"heading must be a finite angle [rad], not {heading!r}")
@@ -214,13 +226,19 @@ def _result(
         rows.setdefault(name, _Row(sensor=sensor, symbol="")).add(value, [], limit=False)
     if not rows:
         raise InputError(
-            "the noise models have no terms, and nothing is wrong at the start: there is no error to tell"
+            "the noise models have no terms, and no initial errors are stated: there is no error to compute"
         )
     sources = [_source(name, row, given) for name, row in rows.items()]
     total, parts, stated = _all(list(rows.values()))
     lower, upper = interval(total, parts, given) if stated else (np.full_like(total, np.nan),) * 2
-    sources.sort(key=lambda s: -float(s.sd[-1, 0] or 1e-9 * np.nan_to_num(s.upper[-1, 0], posinf=1.0)))
     sd = np.sqrt(total)
+    end = np.count_nonzero(np.logical_and.accumulate(is_linear(sd))) - 1
+    if end < 0:
+        raise InputError(
+            f"after {setting.times[0]:.3g} s the errors are beyond the linear error model: state smaller initial "
+            "errors, or check the noise models"
+        )
+    sources.sort(key=lambda s: -float(s.sd[end, 0] or 1e-9 * np.nan_to_num(s.upper[end, 0], posinf=1.0)))
     return DeadReckoning(
         times=setting.times,
         shown=shown,

@@ -46,6 +46,7 @@ def covariances(dynamics: Array, drive: Array, start: Array, times: Array) -> Ar
     Returns
     -------
     ndarray, shape (m, k, n, n)
+        Not finite where an unstable system has outgrown the range of numbers.
     """
     out = np.empty((len(times), *start.shape))
     size = float(np.abs(dynamics).sum(axis=-1).max(initial=1e-300))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from enum import StrEnum
 from typing import ClassVar
 
@@ -16,9 +16,10 @@ from allanite.errors import InputError
 from allanite.experiments.dead_reckoning import words
 from allanite.experiments.dead_reckoning.version_1 import upgraded
 from allanite.noise import NoiseModel
+from allanite.quantities.earth import SEMI_MAJOR
 from allanite.quantities.result import Result
 
-__all__ = ["QUANTITIES", "DeadReckoning", "InitialErrors", "ReckoningRemark", "Source"]
+__all__ = ["LINEAR", "QUANTITIES", "DeadReckoning", "InitialErrors", "ReckoningRemark", "Source", "is_linear"]
 
 Array = NDArray[np.float64]
 
@@ -40,6 +41,15 @@ QUANTITIES: Mapping[str, tuple[int, ...]] = {
     "tilt_north": (6,),
     "tilt_east": (7,),
     "heading": (8,),
+}
+#: Largest errors [m], [rad] of the linear error model. Over a tenth of the Earth's radius gravity falls by 17 %, in the
+#: model by 20 %; in a Schuler oscillation of a quarter of it, v^2 over the radius is 6 % of gravity; sin x is 16 %
+#: below x at 1 rad.
+LINEAR: Mapping[str, float] = {
+    "position_horizontal": SEMI_MAJOR / 4,
+    "position_down": SEMI_MAJOR / 10,
+    "tilt": 1.0,
+    "heading": 1.0,
 }
 
 
@@ -99,6 +109,7 @@ class ReckoningRemark(StrEnum):
     LIMITS = "not resolved"
     NO_INTERVALS = "no intervals"
     NOT_LINEAR = "beyond the linear model"
+    ENDS = "not resolved beyond a time"
     INFLATED = "inflated"
     UNDECIDED = "noise not decided"
     EXTRAPOLATED = "beyond the record"
@@ -150,7 +161,8 @@ class DeadReckoning(Result):
     sources : tuple of Source
         The largest of the horizontal position at the end first.
     sd, lower, upper : ndarray, shape (n_times, n_quantities)
-        Of all sources together; the interval at `confidence`, NaN where a model states none or an end is open.
+        Total of all sources and its interval at `confidence`. The ends are NaN where a model states none. All are NaN
+        beyond the linear error model (`LINEAR`).
     confidence : float
         Level of the intervals.
     duration : float [s]
@@ -208,6 +220,19 @@ class DeadReckoning(Result):
     record: float | None = None
     models: Mapping[str, NoiseModel] = field(repr=False)
 
+    def __post_init__(self) -> None:
+        """Remove what is beyond the linear model; documents of earlier versions hold it."""
+        linear = np.logical_and.accumulate(is_linear(self.sd))
+        sd, lower, upper = _within(self, linear)
+        sources: list[Source] = []
+        for source in self.sources:
+            source_sd, low, high = _within(source, linear)
+            sources.append(replace(source, sd=source_sd, lower=low, upper=high))
+        sinking = np.where(linear, self.sinking, np.nan)
+        parts = {"sd": sd, "lower": lower, "upper": upper, "sources": tuple(sources), "sinking": sinking}
+        for name, value in parts.items():
+            object.__setattr__(self, name, value)
+
     @classmethod
     def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
         return upgraded(data) if data.get("version") == 1 else data
@@ -246,6 +271,16 @@ class DeadReckoning(Result):
         return self.quantities.index(quantity)
 
     @property
+    def last(self) -> int:
+        """Index of the last time at which the errors are resolved."""
+        return max(int(np.count_nonzero(np.isfinite(self.sd[:, 0]))) - 1, 0)
+
+    @property
+    def resolved_until(self) -> float | None:
+        """Time at which the linear error model ends [s]; None if it covers the whole duration."""
+        return None if self.last == len(self.times) - 1 else float(self.times[self.last])
+
+    @property
     def rows(self) -> list[int]:
         """Where the shown times stand in all arrays."""
         return [int(np.argmin(np.abs(self.times - time))) for time in self.shown]
@@ -270,11 +305,12 @@ class DeadReckoning(Result):
 
     @property
     def says(self) -> str:
-        """The errors at the end in a sentence."""
-        at = {name: float(self.sd[-1, i]) for i, name in enumerate(self.quantities)}
+        """The errors at the end in a sentence; where they are not resolved there, those at the last time that is."""
+        at = {name: float(self.sd[self.last, i]) for i, name in enumerate(self.quantities)}
         first, whole = self.sources[0], at["position_horizontal"]
-        share = float(first.sd[-1, self.column("position_horizontal")]) / whole if whole > 0 else 0.0
-        return words.errors(self.duration, at, share**2, first.name)
+        share = float(first.sd[self.last, self.column("position_horizontal")]) / whole if whole > 0 else 0.0
+        last, ends = float(self.times[self.last]), self.resolved_until is not None
+        return words.errors(last, at, share**2, first.name, ends=ends)
 
     @property
     def remarks(self) -> tuple[ReckoningRemark, ...]:
@@ -287,6 +323,8 @@ class DeadReckoning(Result):
         return tuple(sentence for _, sentence in self._remarks())
 
     def _remarks(self) -> Iterator[tuple[ReckoningRemark, str]]:
+        if self.resolved_until is not None:
+            yield ReckoningRemark.ENDS, words.ends(self.resolved_until, self._nearest_limit())
         kinds = {s.sensor for s in self.sources}
         for sensor in _SENSORS:
             if sensor not in kinds:
@@ -298,17 +336,22 @@ class DeadReckoning(Result):
                 yield ReckoningRemark.VERTICAL_REMOVED, words.VERTICAL_REMOVED
             else:
                 yield ReckoningRemark.VERTICAL_KEPT, words.VERTICAL_KEPT
-        if self.sinking[-1] > _SECOND_ORDER * self.sd[-1, self.column("position_down")]:
-            yield ReckoningRemark.SECOND_ORDER, words.second_order(float(self.sinking[-1]))
+        sinking = float(self.sinking[self.last])
+        if sinking > _SECOND_ORDER * self.sd[self.last, self.column("position_down")]:
+            yield ReckoningRemark.SECOND_ORDER, words.second_order(sinking)
         if limits := [s.name for s in self.sources if s.is_limit]:
             yield ReckoningRemark.LIMITS, words.not_resolved(limits)
         if not np.isfinite(self.lower).any():
             yield ReckoningRemark.NO_INTERVALS, words.NO_INTERVALS
         yield from self._limits_of_models()
 
+    def _nearest_limit(self) -> str:
+        """The error that is nearest to the end of the linear model."""
+        return max(LINEAR, key=lambda name: float(self[name][self.last]) / LINEAR[name])
+
     def _limits_of_models(self) -> Iterator[tuple[ReckoningRemark, str]]:
         """Where the linear model and those of the noise end."""
-        if self.linear_until is not None:
+        if self.linear_until is not None and self.linear_until <= self.times[self.last]:
             yield ReckoningRemark.NOT_LINEAR, words.not_linear(self.linear_until)
         for name, model in self.models.items():
             if model.overbound is not None:
@@ -317,3 +360,16 @@ class DeadReckoning(Result):
             yield ReckoningRemark.UNDECIDED, words.undecided(self.other_family)
         if self.record is not None and self.record < self.duration:
             yield ReckoningRemark.EXTRAPOLATED, words.extrapolated(self.record)
+
+
+def is_linear(errors: Array) -> NDArray[np.bool_]:
+    """At which times errors of the quantities are inside of the linear model; not where they are no numbers."""
+    columns = [list(QUANTITIES).index(name) for name in LINEAR]
+    return np.asarray((errors[:, columns] <= np.array([*LINEAR.values()])).all(axis=1))
+
+
+def _within(part: DeadReckoning | Source, linear: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """Its arrays without numbers beyond the linear model; an upper end that is beyond it is open."""
+    sd, lower, upper = (np.where(linear[:, None], a, np.nan) for a in (part.sd, part.lower, part.upper))
+    open_ = np.isfinite(upper).all(axis=1) & ~is_linear(upper)
+    return sd, lower, np.where(open_[:, None], np.inf, upper)

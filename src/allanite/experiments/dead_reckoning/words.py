@@ -13,6 +13,7 @@ __all__ = [
     "NO_INTERVALS",
     "VERTICAL_KEPT",
     "VERTICAL_REMOVED",
+    "ends",
     "errors",
     "extrapolated",
     "inflated",
@@ -20,6 +21,7 @@ __all__ = [
     "not_linear",
     "not_resolved",
     "second_order",
+    "time_words",
     "undecided",
 ]
 
@@ -34,14 +36,21 @@ VERTICAL_REMOVED = (
 )
 NO_INTERVALS = "a model states no intervals (a data sheet, words), so the totals have none"
 
+_ENDS = {
+    "position_horizontal": ("horizontal position error", "a quarter of the Earth's radius"),
+    "position_down": ("unaided height error", "a tenth of the Earth's radius"),
+}
 
-def errors(seconds: float, at: Mapping[str, float], share: float, source: str) -> str:
-    """What is wrong at the end, and which source has the largest share of the variance."""
+
+def errors(seconds: float, at: Mapping[str, float], share: float, source: str, *, ends: bool) -> str:
+    """The errors after a time, and which source has the largest share; whether the linear model `ends` there."""
+    later = "; later errors are not resolved" if ends else ""
     most = f", {100 * share:.0f} % of its variance from {source}" if share > 0 else ""
     return (
-        f"after {_time(seconds)} unaided the horizontal position error is {_metres(at['position_horizontal'])}{most}; "
-        f"velocity {at['velocity_horizontal']:.3g} m/s, tilt {math.degrees(at['tilt']):.3g} deg, heading "
-        f"{math.degrees(at['heading']):.3g} deg (one standard deviation)"
+        f"after {time_words(seconds)} unaided the horizontal position error is "
+        f"{_metres(at['position_horizontal'])}{most}; velocity {at['velocity_horizontal']:.3g} m/s, tilt "
+        f"{math.degrees(at['tilt']):.3g} deg, heading {math.degrees(at['heading']):.3g} deg (one standard "
+        f"deviation){later}"
     )
 
 
@@ -68,8 +77,16 @@ def not_resolved(names: Sequence[str]) -> str:
 
 def not_linear(seconds: float) -> str:
     """From when an attitude is beyond the linear model."""
+    return f"from {time_words(seconds)} on, an attitude error exceeds 10 deg: the linear error model is extrapolated"
+
+
+def ends(seconds: float, quantity: str) -> str:
+    """From when nothing is resolved, and the error that leaves the linear model there."""
+    what, limit = _ENDS.get(quantity, (f"{quantity} error", "1 rad"))
+    aided = "; an aided height extends it (--height held, held=True)" if quantity == "position_down" else ""
     return (
-        f"from {_time(seconds)} on, an attitude error exceeds 10 deg: the linear error model is extrapolated"
+        f"not resolved beyond {time_words(seconds)}: the linear error model ends where the {what} reaches "
+        f"{limit}{aided}"
     )
 
 
@@ -95,7 +112,8 @@ def _metres(value: float) -> str:
     return f"{value / 1000:.3g} km" if value >= 2000 else f"{value:.3g} m"
 
 
-def _time(seconds: float) -> str:
+def time_words(seconds: float) -> str:
+    """A time, in a larger unit from two of it on, or where it is one."""
     for unit, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if seconds >= 2 * size or seconds == size:
             return f"{seconds / size:.3g} {unit}"

@@ -32,7 +32,7 @@ def growth_panel(result: DeadReckoning, view: str) -> Panel:
     banded = bool(np.isfinite(low).any() and np.isfinite(high).any())
     curves = [
         Curve(
-            x=times, y=whole, label="together, 1 σ", colour="ink", lower=low if banded else None,
+            x=times, y=whole, label="total, 1 σ", colour="ink", lower=low if banded else None,
             upper=high if banded else None, band_label=f"{100 * result.confidence:g} % interval" if banded else "",
         )
     ]  # fmt: skip
