@@ -172,8 +172,7 @@ class FleetFolder:
             self._learn(_facts_of(part))
         older = [self.table] if self.table.exists() else []
         columns = [c.name for c in _OF_PART if c not in _OF_LOG]
-        rows = _newest([*older, *parts], columns)
-        rows = rows.filter(_among(rows, self.logs))
+        rows = _in_one_piece(_newest([*older, *parts], columns, self._forgotten))
         self._write(_labeled(rows, labels, self.logs), self.table)
         self._write([_states(self.logs)], self._state / "logs.parquet")
         for part in parts:
@@ -233,22 +232,29 @@ class FleetFolder:
                 writer.write_table(table, row_group_size=_ROWS)
 
 
-def _newest(places: Sequence[Path], columns: Sequence[str]) -> pa.Table:
-    """Rows of all logs, each log from the last place that has it."""
+def _newest(places: Sequence[Path], columns: Sequence[str], dropped: Collection[str] = ()) -> pa.Table:
+    """Rows of all logs, each log from the last place that has it, without those that are dropped."""
     import pyarrow as pa
+
+    kept = list[pa.Table]()
+    known = pa.array(sorted(dropped), pa.string())
+    for place in reversed(places):
+        rows = pa.concat_tables(_rows_without(place, columns, known))
+        kept.append(rows)
+        known = pa.concat_arrays([known, rows["log"].unique()])
+    return pa.concat_tables(kept[::-1]) if kept else arrow_table([], _OF_PART).select(columns)
+
+
+def _rows_without(place: Path, columns: Sequence[str], known: pa.Array) -> Iterator[pa.Table]:
+    """Rows of a place in pieces, without those of logs that are known: a filter of all would double the memory."""
     import pyarrow.compute as pc
     import pyarrow.parquet as pq
 
-    if not places:
-        return arrow_table([], _OF_PART).select(columns)
-    kept = list[Any]()
-    known = pa.array([], pa.string())
-    for place in reversed(places):
-        rows = pq.read_table(place, columns=columns)
-        rows = rows.filter(pc.invert(pc.is_in(rows["log"], value_set=known)))
-        kept.append(rows)
-        known = pa.concat_arrays([known, pc.unique(rows["log"].combine_chunks())])
-    return pa.concat_tables(kept[::-1])
+    with pq.ParquetFile(place) as file:
+        yield file.schema_arrow.empty_table().select(columns)
+        for group in range(file.num_row_groups):
+            rows = file.read_row_group(group, columns=columns).select(columns)
+            yield rows.filter(pc.invert(pc.is_in(rows["log"], value_set=known))) if len(known) else rows
 
 
 def _facts_of(part: Path) -> pa.Table:
@@ -276,7 +282,6 @@ def _states(logs: Mapping[str, LogState]) -> pa.Table:
 
 def _labeled(rows: pa.Table, labels: LogLabels, logs: Mapping[str, LogState]) -> Iterator[pa.Table]:
     """Rows with the labels of their logs, sorted by log, some at a time: a copy of all would double the memory."""
-    rows = rows.combine_chunks()
     coded = rows["log"].combine_chunks().dictionary_encode()
     of_logs = [_labels_of(log, labels, logs.get(log)) for log in coded.dictionary.to_pylist()]
     arrays = {name: _label_array(name, of_logs) for name in (*LABELS, *labels.further)}
@@ -292,11 +297,15 @@ def _labeled(rows: pa.Table, labels: LogLabels, logs: Mapping[str, LogState]) ->
         yield part.select(names)
 
 
-def _among(rows: pa.Table, logs: Collection[str]) -> pa.Array:
+def _in_one_piece(rows: pa.Table) -> pa.Table:
+    """Each column as one array, from which rows are taken quickly; one column after the other, to save memory."""
     import pyarrow as pa
-    import pyarrow.compute as pc
 
-    return pc.is_in(rows["log"], value_set=pa.array(list(logs), pa.string()))
+    columns = {}
+    for name in rows.column_names:
+        columns[name] = rows[name].combine_chunks()
+        rows = rows.drop_columns([name])
+    return pa.table(columns)
 
 
 def _order(rows: pa.Table) -> pa.Array:

@@ -69,7 +69,8 @@ def _submitted(at: Workers, task: Json) -> Future[Any]:
 
 def _lost(error: BaseException) -> dict[str, Any]:
     """The outcome of a log that no worker brought to an end."""
-    words = f"WorkerError: {' '.join(str(error).split())} ({type(error).__name__})"
+    kind = "" if isinstance(error, WorkerError) else f" ({type(error).__name__})"
+    words = f"WorkerError: {' '.join(str(error).split())}{kind}"
     return {"sha256": None, "rows": [], "error": words, "findings": [], "again": True}
 
 
