@@ -19,35 +19,38 @@ Json = Mapping[str, Any]
 RESULTS = Path(__file__).parent / "results"
 #: Runs in the order of the page: what each of them claims.
 CLAIMS = {
-    "curves": "68 % intervals of the Allan curve hold the truth as often as they say, with gaps and without",
-    "statistics": "so do those of Theo1, ThêoBR, Haar and the robust variance",
-    "likelihood_coverage": "95 % sets of the likelihood fit hold the truth: short, long, gappy, rounded, disturbed",
-    "coverage": "so do those of the moment fit",
+    "curves": "68 % intervals of the Allan curve cover the truth in 68 % of records, with and without gaps",
+    "statistics": "the same for Theo1, ThêoBR, Haar and the robust variance",
+    "likelihood_coverage": "95 % sets of the likelihood fit cover the truth: short, long, gappy, rounded, disturbed "
+    "records",
+    "coverage": "the same for the moment fit",
     "likelihood": "errors of N, B, T_b, K over the Cramér-Rao bound: likelihood at most 1.10, moments 1.25",
-    "selection": "the right terms come first where they can be told; absent ones called present in at most 5 %",
+    "selection": "the right terms rank first where they are resolvable; absent ones reported in at most 5 %",
     "spectrum": "intervals of a density, a line, the spectral fit; lags and frequencies disagree where they do",
-    "variation": "constant noise is reported to change in at most 5 % of records; changes are found, with intervals",
-    "held": "a sensor slower than its log: its rate, and N of its values each taken once",
-    "contaminated": "noise of which a few percent scatter more: N with and without them; no look-alike is called so",
+    "variation": "constant noise is reported to change in at most 5 % of records; changes are detected, with intervals",
+    "held": "a sensor slower than its log: its rate, and N of its values without repeats",
+    "contaminated": "contaminated noise (a few percent of samples scatter more): N with and without them; no false "
+    "reports",
     "shared_noise": "the noise of each of two or three sensors, without the common part, with intervals",
-    "environment": "coefficients of temperature, warm-ups; noise called a warm-up in at most 5 % of records",
-    "comparison": "records of one noise called different in at most 5 %; middle, spread and next sensor",
-    "overbound": "a bound lies above the true curve everywhere with the stated probability",
+    "environment": "temperature coefficients and warm-ups; noise reported as warm-up in at most 5 % of records",
+    "comparison": "equal noise reported as different in at most 5 % of records; center, spread and next sensor",
+    "overbound": "a bound is above the true curve everywhere with the stated probability",
     "battery": "rows of the test battery that need many records",
-    "wrong_models": "noise that no family holds: absent terms called supported without a word in at most 9 %, N held",
-    "earth_rate": "the Earth's rate with intervals that hold, faults named",
+    "wrong_models": "noise of no family: absent terms reported without a warning in at most 9 %, N covered",
+    "earth_rate": "the Earth's rate: coverage of its intervals, faults detected",
     "north": "direction and plan, budget against simulation",
     "rate_vector": "length of the rate vector of a vehicle at rest",
     "rate_table": "scale factor, nonlinearity and misalignment on a rate table",
     "calibration": "calibration and alignment of a unit, every parameter",
-    "hand_held": "calibration of a unit in the hand: intervals that hold and repeat, or a verdict that takes them away",
+    "hand_held": "calibration of a unit held by hand: coverage and repeatability, or a verdict that withdraws the "
+    "numbers",
     "alignment": "alignment against the test battery",
-    "position_planning": "a planned calibration does what the plan said",
-    "redundancy": "sensors combined, faults found",
-    "recording": "nothing that was acknowledged is lost",
-    "findings": "every fault is called by its own name, and by no other",
-    "hostile_files": "changed, cut and crafted files: an answer or an error, never a crash or another file's bytes",
-    "floor": "the noise of the sensor without that of the instrument, with intervals",
+    "position_planning": "a planned calibration reaches the planned uncertainty",
+    "redundancy": "combined sensors, faults detected",
+    "recording": "no acknowledged sample is lost",
+    "findings": "every fault is reported by its name, and by no other",
+    "hostile_files": "changed, cut and crafted files: a result or an error, never a crash or bytes of another file",
+    "floor": "sensor noise without instrument noise, with intervals",
     "dead_reckoning": "growth of navigation errors within 5 % of strapdown simulations",
     "firmware": "the compiled filter has the states of the Python filter over a day",
 }
@@ -71,7 +74,7 @@ The limits of the data, and of every check, are on
 <!-- pages -->"""
 _SPEED = """## Speed
 
-Measured on the machine that each page names; `make bench` measures yours.
+Each page names its machine; `make bench` measures yours.
 
 <!-- pages -->
 * [A week of six axes at 32 Hz](../benchmarks/results/characterize_speed.md): from file to report
