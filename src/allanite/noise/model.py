@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
+from functools import lru_cache
 from typing import Any, Unpack
 
 import numpy as np
@@ -235,13 +236,7 @@ class NoiseModel:
         longest = 1e7 * dt if record is None else record
         if not (0 < dt < math.inf and 0 < longest < math.inf):
             raise InputError(f"interval and record must be positive seconds, not {dt!r} and {record!r}")
-        form, steady = MarkovForm(), stateless(0.0)
-        for term in self.terms:
-            if isinstance(term, (Ramp, Sinusoid)):
-                steady = steady + term.steady_space(dt, sampling=sampling)
-            else:
-                form = form + term.markov(dt, sampling=sampling, record=longest, ratio=ratio)
-        return form.state_space() + steady
+        return _state_space(tuple(self.terms), dt, sampling, longest, ratio)
 
     def term(self, type_: str) -> TermType | None:
         """The first term of a type ("white", "flicker", ...), or None."""
@@ -331,3 +326,20 @@ def _term_from_json(data: Mapping[str, Any]) -> TermType:
     if kind is None:
         raise InputError(f"unknown noise term {data['type']!r}; there are: {', '.join(TERMS)}")
     return kind(**{k: v for k, v in data.items() if k != "type"})
+
+
+@lru_cache(maxsize=64)
+def _state_space(
+    terms: tuple[TermType, ...], dt: float, sampling: str, longest: float, ratio: float
+) -> StateSpace:
+    """Kept, with arrays that cannot be written to: a series of fits asks for the same one each time."""
+    form, steady = MarkovForm(), stateless(0.0)
+    for term in terms:
+        if isinstance(term, (Ramp, Sinusoid)):
+            steady = steady + term.steady_space(dt, sampling=sampling)
+        else:
+            form = form + term.markov(dt, sampling=sampling, record=longest, ratio=ratio)
+    space = form.state_space() + steady
+    for array in (space.transition, space.process, space.output, space.initial, space.rate, space.diffuse):
+        array.flags.writeable = False
+    return space
