@@ -87,6 +87,7 @@ PUBLIC_NAMES = [
     "combine",
     "compare",
     "dead_reckon",
+    "describe_fleet",
     "east_west_null",
     "examine_variation",
     "export",

@@ -159,6 +159,7 @@ if TYPE_CHECKING:
     from allanite.recording.health import check
     from allanite.recording.records import Channel, Recording
     from allanite.stability.environment import regress_environment
+    from allanite.stability.fleet import describe_fleet
     from allanite.stability.record_comparison import compare
     from allanite.stability.shared_noise import separate_noise
     from allanite.stability.variation import examine_variation
@@ -211,6 +212,7 @@ __all__ = [
     "combine",
     "compare",
     "dead_reckon",
+    "describe_fleet",
     "east_west_null",
     "examine_variation",
     "export",
@@ -294,6 +296,7 @@ _HOMES = {
     "combine": "experiments.redundancy",
     "compare": "stability.record_comparison",
     "dead_reckon": "experiments.dead_reckoning",
+    "describe_fleet": "stability.fleet",
     "east_west_null": "experiments.north",
     "examine_variation": "stability.variation",
     "export": "exporters",

@@ -1,5 +1,32 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Hundreds of logs, or a hundred thousand: what they say together.
+"""Hundreds of logs, or a hundred thousand: what they say together, and which units do not belong.
 
-``levels``  the profile of a coefficient as nine numbers, so that a row of a table holds it.
+``population``     describe_fleet(table): what a user calls.
+``rows``           the table as columns.
+``levels``         the profile of a coefficient as nine numbers, so that a row of a table holds it.
+``profile_table``  the profiles of many logs as arrays, and what each says beside an expectation.
+``evidence``       lots, units, repeats, conditions: how well given scales explain the logs.
+``posterior``      all scales that the logs allow, with their weights.
+``standing_out``   units that do not belong to the population, at a stated rate of false discoveries.
+``results``        FleetPopulation and its parts; ``verdict`` what it may come to, ``words`` says it in a sentence.
 """
+
+from allanite.stability.fleet.population import describe_fleet
+from allanite.stability.fleet.results import (
+    CoefficientPopulation,
+    CovariateEffect,
+    FleetPopulation,
+    LotRatio,
+    StandingOut,
+)
+from allanite.stability.fleet.verdict import FleetVerdict
+
+__all__ = [
+    "CoefficientPopulation",
+    "CovariateEffect",
+    "FleetPopulation",
+    "FleetVerdict",
+    "LotRatio",
+    "StandingOut",
+    "describe_fleet",
+]

@@ -1,0 +1,342 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""describe_fleet(table): from the rows of a fleet to its population, and to the units that stand out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+from allanite.quantities.quantity import Quantity, QuantityStatus
+from allanite.stability.fleet.evidence import WIDE, Design
+from allanite.stability.fleet.posterior import Posterior, posterior_of
+from allanite.stability.fleet.profile_table import ProfileTable
+from allanite.stability.fleet.results import (
+    CoefficientPopulation,
+    CovariateEffect,
+    FleetPopulation,
+    LotRatio,
+    StandingOut,
+)
+from allanite.stability.fleet.rows import FleetRows, read_rows
+from allanite.stability.fleet.standing_out import Departures, departures, discoveries, simes
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+__all__ = ["CoefficientRows", "describe_fleet", "population_of"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+
+#: Fewer units that resolve a coefficient say next to nothing of their kind.
+_FEWEST = 3
+_RESOLVED = 1.96  # root of the loss at zero
+_DRAWS = 4096
+_LARGEST = 700.0
+_UNITS_OF_MEASURE = {"temperature": "degC", "date": "year"}
+_LEAST_SPAN = {"date": 30 / 365.25}
+_SYMBOLS = ("Q", "N", "B", "K", "R")
+
+
+class CoefficientRows:
+    """One coefficient of a channel, ready for its population."""
+
+    def __init__(
+        self, rows: FleetRows, channel: str, symbol: str, conditions: Sequence[str], *, by_lot: bool
+    ) -> None:
+        index = rows.where(channel, symbol)
+        for name in conditions:
+            index = index[np.isfinite(rows.conditions[name][index])]
+        self.channel, self.symbol = channel, symbol
+        self.rows, self.index = rows, index
+        self.lot_names, lot = _numbered(rows.lot[index] if by_lot else np.full(len(index), ""))
+        units = [f"{a}\0{b}" for a, b in zip(rows.lot[index], rows.unit[index], strict=True)]
+        keys, unit = _numbered(np.array(units, dtype=object))
+        self.unit_names = tuple(key.split("\0", 1)[1] for key in keys)
+        first = np.flatnonzero(np.diff(unit, prepend=-1))
+        self.lot_of_unit = tuple(rows.lot[index][i] for i in first)
+        values = [rows.conditions[name][index] for name in conditions]
+        varies = [len(v) > 0 and float(np.ptp(v)) > 0 for v in values]
+        self.conditions = tuple(name for name, there in zip(conditions, varies, strict=True) if there)
+        varying = [v for v, there in zip(values, varies, strict=True) if there]
+        self.references = tuple(float(v.mean()) for v in varying)
+        z = np.column_stack([np.ones(len(index)), *(v - v.mean() for v in varying)])
+        profiles = ProfileTable.of(rows.knots[index], rows.root_at_zero[index])
+        self.design = Design(profiles, z, unit, lot[first])
+        self.resolved = rows.root_at_zero[index] < -_RESOLVED
+
+    @property
+    def enough(self) -> bool:
+        """There are units to speak of."""
+        resolved = np.unique(self.design.unit[self.resolved]).size if len(self.index) else 0
+        return bool(resolved >= max(_FEWEST, self.design.covariates.shape[1] + 2))
+
+
+def _numbered(names: NDArray[np.object_]) -> tuple[tuple[str, ...], NDArray[np.intp]]:
+    """Distinct names in their order, and the number of each."""
+    distinct, number = np.unique(names.astype(str), return_inverse=True)
+    return tuple(map(str, distinct)), number.astype(np.intp)
+
+
+def describe_fleet(
+    table: str | Path | pa.Table,
+    *,
+    confidence: float = 0.95,
+    false_discovery_rate: float = 0.05,
+    content: float = 0.99,
+    conditions: Sequence[str] | None = None,
+    by_lot: bool = True,
+    progress: Progress | None = None,
+) -> FleetPopulation:
+    """What is the population of a fleet, and which units stand out?
+
+    Every log takes part with its profile, an upper limit included. Per coefficient the logarithm follows a hierarchy of
+    lots, units and repeats, with effects of the conditions; tails are normal unless the units reject that.
+
+    Parameters
+    ----------
+    table : path or pyarrow.Table
+        As ``allanite fleet run`` writes it.
+    confidence : float
+        Of the intervals.
+    false_discovery_rate : float
+        Expected share of false alarms among the units that stand out.
+    content : float
+        Share of the units within a tolerance bound.
+    conditions : sequence of str, optional
+        Numeric columns whose effect is estimated; logs without them are left out. By default "temperature" and "date"
+        where all logs have them; a date where they span 30 days.
+    by_lot : bool
+        Tell the lots apart.
+    progress : callable, optional
+        Called with the fraction done and what is being done.
+
+    Raises
+    ------
+    InputError
+        No table of a fleet, a condition that it does not have, fewer than three units, shares outside (0, 1).
+    """
+    for name, share in (
+        ("confidence", confidence),
+        ("false_discovery_rate", false_discovery_rate),
+        ("content", content),
+    ):
+        if not 0 < share < 1:
+            raise InputError(f"{name} must lie between 0 and 1, not {share!r}")
+    rows = read_rows(table)
+    chosen = _chosen(rows, conditions)
+    pairs = [
+        (c, s)
+        for c in dict.fromkeys(rows.channel)
+        for s in _SYMBOLS
+        if ((rows.channel == c) & (rows.symbol == s)).any()
+    ]
+    every, left_out = [], []
+    for i, (channel, symbol) in enumerate(pairs):
+        if progress:
+            progress(i / len(pairs), f"{symbol} of {channel}")
+        coefficient = CoefficientRows(rows, channel, symbol, chosen, by_lot=by_lot)
+        if not coefficient.enough:
+            left_out.append(f"{symbol} of {channel}")
+            continue
+        posterior = posterior_of(coefficient.design)
+        every.append((coefficient, posterior, departures(coefficient.design, posterior)))
+    if not every:
+        raise InputError(f"no coefficient is resolved by {_FEWEST} units or more; a fleet needs as many")
+    units = len({*zip(rows.lot, rows.unit, strict=True)})
+    return FleetPopulation(
+        logs=rows.logs,
+        failed=rows.failed,
+        units=units,
+        coefficients=tuple(population_of(c, p, confidence, content) for c, p, _ in every),
+        left_out=tuple(left_out),
+        standing_out=_standing_out([(c, d) for c, _, d in every], false_discovery_rate),
+        false_discovery_rate=false_discovery_rate,
+        confidence=confidence,
+    )
+
+
+def _chosen(rows: FleetRows, conditions: Sequence[str] | None) -> tuple[str, ...]:
+    if conditions is None:
+        known = (name for name in _UNITS_OF_MEASURE if name in rows.conditions)
+        return tuple(name for name in known if _serves(rows.conditions[name], _LEAST_SPAN.get(name, 0.0)))
+    for name in conditions:
+        if name not in rows.conditions:
+            there = ", ".join(rows.conditions) or "none"
+            raise InputError(f"the table has no numeric column {name!r}; columns that it has: {there}")
+    return tuple(conditions)
+
+
+def _serves(values: Array, span: float) -> bool:
+    """All logs have it, and it varies."""
+    return bool(len(values) and np.isfinite(values).all() and np.ptp(values) > span)
+
+
+# -- one coefficient --------------------------------------------------------------------------------------
+
+
+class _Draws:
+    """Equally likely draws of all that a fleet leaves open."""
+
+    def __init__(self, posterior: Posterior) -> None:
+        rng = np.random.default_rng(952)
+        edges = np.cumsum(posterior.weight) / posterior.weight.sum()
+        self.index = np.searchsorted(edges, (np.arange(_DRAWS) + 0.5) / _DRAWS).clip(0, len(edges) - 1)
+        self.rng, self.posterior = rng, posterior
+        z = rng.standard_normal((_DRAWS, posterior.location.shape[1]))
+        self.location = posterior.location[self.index] + np.einsum(
+            "npq,nq->np", posterior.root[self.index], z
+        )
+
+    def scale(self, level: str) -> Array:
+        """Of a level, or the share of the wide part."""
+        values: Array = np.asarray([getattr(s, level) for s in self.posterior.scales], dtype=np.float64)
+        return np.asarray(values[self.index])
+
+    def lots(self) -> Array:
+        """l, shape (n_draws, n_lots)."""
+        few = self.index[:: max(1, self.posterior.lots.shape[1] // 16)]
+        noise = self.rng.standard_normal((len(few), self.posterior.lots.shape[1]))
+        return np.asarray(self.posterior.lots[few] + self.posterior.lot_sd[few] * noise)
+
+    def next_unit(self) -> Array:
+        """x of a unit yet to come, from a lot yet to come."""
+        wide = self.rng.random(_DRAWS) < self.scale("wide")
+        unit = self.scale("unit") * np.where(wide, WIDE, 1.0) * self.rng.standard_normal(_DRAWS)
+        return np.asarray(self.location[:, 0] + self.scale("lot") * self.rng.standard_normal(_DRAWS) + unit)
+
+    def quantile_of_units(self, share: float) -> Array:
+        """x below which this share of all units lies, of each draw, by bisection."""
+        from scipy.special import ndtr
+
+        lot, unit, wide = (self.scale(name) for name in ("lot", "unit", "wide"))
+        narrow, broad = np.hypot(lot, unit), np.hypot(lot, WIDE * unit)
+        low, high = -40.0 * np.ones(_DRAWS), 40.0 * np.ones(_DRAWS)
+        for _ in range(50):
+            z = 0.5 * (low + high)
+            below = (1 - wide) * ndtr(z) + wide * ndtr(z * narrow / np.maximum(broad, 1e-300)) < share
+            low, high = np.where(below, z, low), np.where(below, high, z)
+        return np.asarray(self.location[:, 0] + narrow * 0.5 * (low + high))
+
+
+def population_of(
+    coefficient: CoefficientRows, posterior: Posterior, confidence: float, content: float
+) -> CoefficientPopulation:
+    """What a posterior says of one coefficient."""
+    draws, rows, design = _Draws(posterior), coefficient.rows, coefficient.design
+    one = coefficient.index[0]
+    unit_of_measure = str(rows.unit_of_measure[one])
+    tails = [0.5 - confidence / 2, 0.5 + confidence / 2]
+
+    def between(values: Array) -> tuple[float, float]:
+        low, high = np.quantile(values, tails)
+        return float(low), float(high)
+
+    def spread(level: str) -> Quantity:
+        values = draws.scale(level)
+        if level in posterior.resolved:
+            return Quantity.of(float(np.median(values)), between(values), "1")
+        upper = float(np.quantile(values, confidence))
+        return Quantity(value=math.nan, lower=0.0, upper=upper, unit="1", status=QuantityStatus.UPPER_LIMIT)
+
+    middle = draws.location[:, 0]
+    wide = draws.scale("wide")
+    low, high = between(draws.next_unit())
+    bounds = (
+        float(np.quantile(draws.quantile_of_units(1 - content), 1 - confidence)),
+        float(np.quantile(draws.quantile_of_units(content), confidence)),
+    )
+    effects = [
+        CovariateEffect(
+            name=name,
+            unit_of_measure=_UNITS_OF_MEASURE.get(name, "1"),
+            reference=reference,
+            change=Quantity.of(float(np.median(values)), between(values), "1"),
+        )
+        for name, reference, values in zip(
+            coefficient.conditions, coefficient.references, draws.location[:, 1:].T, strict=True
+        )
+    ]
+    return CoefficientPopulation(
+        channel=coefficient.channel,
+        kind=str(rows.kind[one]),
+        symbol=coefficient.symbol,
+        logs=len(coefficient.index),
+        units=design.units,
+        lots=design.lots,
+        resolved=int(coefficient.resolved.sum()),
+        middle=_exponential(float(np.median(middle)), between(middle), unit_of_measure),
+        spread=spread("unit"),
+        between_lots=spread("lot") if design.lots > 1 else None,
+        between_repeats=spread("repeat") if design.repeats else None,
+        wide_share=Quantity.of(float(np.median(wide)), between(wide), "1") if wide.max() > 0 else None,
+        next_unit=(_exp(low), _exp(high)),
+        content=content,
+        tolerance=(_exp(bounds[0]), _exp(bounds[1])),
+        effects=tuple(effects),
+        of_lots=tuple(_of_lots(coefficient, draws, between)),
+    )
+
+
+def _exponential(value: float, ends: tuple[float, float], unit: str) -> Quantity:
+    return Quantity.of(_exp(value), (_exp(ends[0]), _exp(ends[1])), unit)
+
+
+def _exp(x: float) -> float:
+    """A coefficient from its logarithm; a few units bound it by nothing, which is infinite."""
+    return math.exp(x) if x < _LARGEST else math.inf
+
+
+def _of_lots(
+    coefficient: CoefficientRows, draws: _Draws, between: Callable[[Array], tuple[float, float]]
+) -> list[LotRatio]:
+    design = coefficient.design
+    if design.lots < 2:
+        return []
+    values, units = draws.lots(), design.per_lot(np.ones(design.units))
+    return [
+        LotRatio(lot=name, units=int(n), ratio=_exponential(float(np.median(column)), between(column), "1"))
+        for name, n, column in zip(coefficient.lot_names, units, values.T, strict=True)
+    ]
+
+
+# -- units that stand out ---------------------------------------------------------------------------------
+
+
+def _standing_out(
+    every: Sequence[tuple[CoefficientRows, Departures]], rate: float
+) -> tuple[StandingOut, ...]:
+    keys = sorted({key for c, _ in every for key in zip(c.lot_of_unit, c.unit_names, strict=True)})
+    place = {key: i for i, key in enumerate(keys)}
+    p = np.full((len(keys), len(every)), np.nan)
+    where = []
+    for column, (c, d) in enumerate(every):
+        at = np.array([place[key] for key in zip(c.lot_of_unit, c.unit_names, strict=True)])
+        p[at, column] = d.p
+        where.append(dict(zip(at.tolist(), range(len(at)), strict=True)))
+    chosen = np.flatnonzero(discoveries(simes(p), rate))
+    left = rate * len(chosen) / len(keys)
+    out = []
+    for i in chosen[np.argsort(np.nanmin(p[chosen], axis=1))]:
+        columns = np.flatnonzero(np.isfinite(p[i]))
+        for column in columns[discoveries(p[i][columns], left)]:
+            c, d = every[column]
+            u = where[column][int(i)]
+            out.append(
+                StandingOut(
+                    unit=keys[i][1],
+                    lot=keys[i][0],
+                    channel=c.channel,
+                    symbol=c.symbol,
+                    ratio=float(d.ratio[u]),
+                    deviations=float(d.deviations[u]),
+                    p=float(d.p[u]),
+                )
+            )
+    return tuple(out)

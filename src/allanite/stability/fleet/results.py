@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""FleetPopulation: what the units of a fleet have in common, and which of them do not share it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from allanite.quantities.quantity import Quantity
+from allanite.quantities.result import Result
+from allanite.stability.fleet.verdict import FleetVerdict
+from allanite.stability.fleet.words import none_sentence, stand_out_sentence
+
+__all__ = ["CoefficientPopulation", "CovariateEffect", "FleetPopulation", "LotRatio", "StandingOut"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CovariateEffect(Result):
+    """How a coefficient changes with a condition of the logs.
+
+    Attributes
+    ----------
+    name : str
+        Of the column: "temperature", "date", or one that was asked for.
+    unit_of_measure : str
+        In which the condition counts: "degC", "year", or "1".
+    reference : float
+        Mean of the condition over the logs, for which the middle is stated; a date as a year.
+    change : Quantity
+        Of the natural logarithm of the coefficient, for one unit of measure of the condition (unit "1").
+    """
+
+    name: str
+    unit_of_measure: str
+    reference: float
+    change: Quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LotRatio(Result):
+    """The middle of one lot over the middle of all lots.
+
+    Attributes
+    ----------
+    lot : str
+        Its name.
+    units : int
+        Units of the lot.
+    ratio : Quantity
+        Of the coefficient.
+    """
+
+    lot: str
+    units: int
+    ratio: Quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoefficientPopulation(Result):
+    """One coefficient of one channel in all units.
+
+    Spreads are standard deviations of the natural logarithm (unit "1").
+
+    Attributes
+    ----------
+    channel, kind : str
+        Its name, and what it measures.
+    symbol : str
+        Q, N, B, K or R.
+    logs, units, lots : int
+        That take part; 1 lot where none are told apart.
+    resolved : int
+        Logs that resolve the coefficient; the others give an upper limit, which counts as such.
+    middle : Quantity [SI]
+        Median of the population, at the reference of each covariate.
+    spread : Quantity
+        Between the units of a lot.
+    between_lots : Quantity or None
+        None with a single lot.
+    between_repeats : Quantity or None
+        Between logs of one unit, beyond their own uncertainty; None where no unit has two logs, and then part of
+        `spread`.
+    wide_share : Quantity or None
+        Share of the units that spread five times as much; None where the tails are normal.
+    next_unit : (float, float) [SI]
+        Prediction interval of the true value of the next unit, from a new lot if there are lots.
+    content : float
+        Share of units within a tolerance bound.
+    tolerance : (float, float) [SI]
+        That share of all units lies above the first, and that share below the second, each at `confidence`.
+    effects : tuple of CovariateEffect
+        Of the conditions.
+    of_lots : tuple of LotRatio
+        In the order of their names.
+    """
+
+    channel: str
+    kind: str
+    symbol: str
+    logs: int
+    units: int
+    lots: int
+    resolved: int
+    middle: Quantity
+    spread: Quantity
+    between_lots: Quantity | None
+    between_repeats: Quantity | None
+    wide_share: Quantity | None
+    next_unit: tuple[float, float]
+    content: float
+    tolerance: tuple[float, float]
+    effects: tuple[CovariateEffect, ...]
+    of_lots: tuple[LotRatio, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StandingOut(Result):
+    """A coefficient in which a unit stands out.
+
+    Attributes
+    ----------
+    unit, lot : str
+        Its name, and that of its lot ("" without lots).
+    channel, symbol : str
+        The coefficient.
+    ratio : float
+        Of the unit over what is expected of it: the middle for its lot and conditions. NaN where the unit gives a
+        limit only.
+    deviations : float
+        How far that is, in standard deviations of the unit's true value and its uncertainty together; positive where
+        the unit is noisier.
+    p : float
+        Probability of a unit that lies so far off, or farther.
+    """
+
+    unit: str
+    lot: str
+    channel: str
+    symbol: str
+    ratio: float
+    deviations: float
+    p: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FleetPopulation(Result):
+    """What hundreds of logs say together.
+
+    Attributes
+    ----------
+    logs, failed, units : int
+        Logs of the table, those of them that could not be studied, and their units.
+    coefficients : tuple of CoefficientPopulation
+        By channel and symbol.
+    left_out : tuple of str
+        Coefficients that fewer than three units resolve.
+    standing_out : tuple of StandingOut
+        The farthest unit first.
+    false_discovery_rate : float
+        Expected share of false alarms among the units that stand out.
+    confidence : float
+        Of the intervals.
+    """
+
+    FORMAT: ClassVar[str] = "allanite-fleet"
+    STATED: ClassVar[tuple[str, ...]] = ("verdict",)
+
+    logs: int
+    failed: int
+    units: int
+    coefficients: tuple[CoefficientPopulation, ...]
+    left_out: tuple[str, ...]
+    standing_out: tuple[StandingOut, ...]
+    false_discovery_rate: float
+    confidence: float
+
+    @property
+    def verdict(self) -> FleetVerdict:
+        """Does any unit stand out?"""
+        return FleetVerdict.STAND_OUT if self.standing_out else FleetVerdict.NONE_STANDS_OUT
+
+    @property
+    def reason(self) -> str:
+        """In a sentence."""
+        if not self.standing_out:
+            return none_sentence(self.units, len(self.coefficients), self.false_discovery_rate)
+        return stand_out_sentence(self.names_standing_out, self.units, self.false_discovery_rate)
+
+    @property
+    def names_standing_out(self) -> tuple[str, ...]:
+        """Of the units."""
+        return tuple(dict.fromkeys(s.unit for s in self.standing_out))

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The table of a fleet, as columns: one row for each log, channel and coefficient."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+__all__ = ["FleetRows", "read_rows"]
+
+Array = NDArray[np.float64]
+Texts = NDArray[np.object_]
+
+_NEEDED = ("log", "unit", "channel", "kind", "term", "profile", "root_at_zero", "unit_of_measure")
+_KNOWN = frozenset(
+    {*_NEEDED, "sha256", "lot", "date", "temperature", "family", "status", "estimate", "lower", "upper"}
+    | {"confidence", "p", "findings", "rate", "span", "samples", "error", "version", "seconds"}
+)
+_YEAR = 365.25
+
+
+@dataclass(frozen=True, slots=True)
+class FleetRows:
+    """Rows that have a profile.
+
+    Attributes
+    ----------
+    log, unit, lot, channel, kind, symbol, unit_of_measure : ndarray of str, shape (n,)
+        `lot` is "" where none is given.
+    knots : ndarray, shape (n, 9)
+        x at the levels.
+    root_at_zero : ndarray, shape (n,)
+        Signed root at zero.
+    conditions : mapping of str to ndarray, shape (n,)
+        "temperature" [degC], "date" [years], and every numeric column of the user; NaN where a log has none.
+    logs, failed : int
+        Logs of the table, and those that could not be studied.
+    """
+
+    log: Texts
+    unit: Texts
+    lot: Texts
+    channel: Texts
+    kind: Texts
+    symbol: Texts
+    unit_of_measure: Texts
+    knots: Array
+    root_at_zero: Array
+    conditions: Mapping[str, Array]
+    logs: int
+    failed: int
+
+    def __len__(self) -> int:
+        return len(self.log)
+
+    def where(self, channel: str, symbol: str) -> NDArray[np.intp]:
+        """Rows of one coefficient, sorted by lot and unit."""
+        rows = np.flatnonzero((self.channel == channel) & (self.symbol == symbol))
+        return rows[np.lexsort((self.log[rows], self.unit[rows], self.lot[rows]))]
+
+
+def read_rows(source: str | Path | pa.Table) -> FleetRows:
+    """Read the table of a fleet.
+
+    Parameters
+    ----------
+    source : path or pyarrow.Table
+        ``fleet.parquet``, the folder that holds it, or the table itself.
+
+    Raises
+    ------
+    InputError
+        No such table, or one that lacks columns.
+    """
+    table = _table(source)
+    missing = [name for name in _NEEDED if name not in table.column_names]
+    if missing:
+        raise InputError(f"{source}: no table of a fleet; it lacks the columns {', '.join(missing)}")
+    import pyarrow.compute as pc
+
+    logs = pc.count_distinct(table["log"]).as_py()
+    failed = pc.count_distinct(table.filter(pc.is_null(table["channel"]))["log"]).as_py()
+    kept = table.filter(pc.and_(pc.is_valid(table["profile"]), pc.is_valid(table["term"]))).combine_chunks()
+    texts = {
+        name: _texts(kept[name]) for name in ("log", "unit", "channel", "kind", "term", "unit_of_measure")
+    }
+    knots = np.asarray(pc.list_flatten(kept["profile"]).to_numpy(), dtype=np.float64).reshape(len(kept), -1)
+    return FleetRows(
+        log=texts["log"],
+        unit=texts["unit"],
+        lot=_texts(kept["lot"]) if "lot" in kept.column_names else np.full(len(kept), "", dtype=object),
+        channel=texts["channel"],
+        kind=texts["kind"],
+        symbol=texts["term"],
+        unit_of_measure=texts["unit_of_measure"],
+        knots=knots,
+        root_at_zero=np.asarray(kept["root_at_zero"].to_numpy(), dtype=np.float64),
+        conditions=_conditions(kept),
+        logs=logs,
+        failed=failed,
+    )
+
+
+def _table(source: str | Path | pa.Table) -> pa.Table:
+    if not isinstance(source, (str, Path)):
+        return source
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path = Path(source)
+    inner = path / "fleet.parquet"
+    path = inner if inner.exists() else path
+    try:
+        return pq.read_table(path)
+    except (OSError, pa.ArrowInvalid) as error:
+        raise InputError(f"{source}: no table of a fleet ({error})") from None
+
+
+def _texts(column: pa.ChunkedArray) -> Texts:
+    import pyarrow.compute as pc
+
+    return np.asarray(pc.fill_null(column.cast("string"), "").to_numpy(), dtype=object)
+
+
+def _conditions(table: pa.Table) -> dict[str, Array]:
+    """Numbers that a log was recorded under."""
+    import pyarrow as pa
+
+    conditions: dict[str, Array] = {}
+    names: Sequence[str] = table.column_names
+    for name in names:
+        column = table[name]
+        if name == "date" and (pa.types.is_timestamp(column.type) or pa.types.is_date(column.type)):
+            days = column.cast(pa.timestamp("s")).to_numpy().astype("datetime64[s]")
+            seconds = np.where(np.isnat(days), np.nan, days.astype(np.float64))
+            conditions[name] = 1970.0 + seconds / 86400 / _YEAR
+        elif name == "temperature" or (name not in _KNOWN and pa.types.is_floating(column.type)):
+            conditions[name] = np.asarray(column.cast(pa.float64()).to_numpy(), dtype=np.float64)
+    return conditions

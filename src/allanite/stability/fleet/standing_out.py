@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Units that do not belong to the population, at a stated rate of false discoveries.
+
+A unit lies d from what its lot and conditions let expect; its own uncertainty S, that of the expectation and the spread
+of the units make that z = d / sqrt(S + V + tau_unit^2). The probability of a larger |z| is averaged over all scales
+that the fleet allows. The spread is that of the narrow part: a unit of the wide part is what is looked for.
+
+A unit's smallest probability, adjusted for its coefficients [1], goes into the step-up procedure for all units [2]; the
+coefficients of those that stand out are then told at the rate that is left [3].
+
+References
+----------
+.. [1] R. Simes, "An improved Bonferroni procedure for multiple tests of significance", Biometrika 73 (1986) 751.
+.. [2] Y. Benjamini, Y. Hochberg, "Controlling the false discovery rate", J. R. Stat. Soc. B 57 (1995) 289.
+.. [3] Y. Benjamini, M. Bogomolov, "Selective inference on multiple families of hypotheses", J. R. Stat. Soc. B 76
+   (2014) 297.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.stability.fleet.evidence import Design, Factors, Scales
+from allanite.stability.fleet.posterior import Posterior
+
+__all__ = ["Departures", "departures", "discoveries", "simes"]
+
+Array = NDArray[np.float64]
+
+_DRAWS = 32
+
+
+@dataclass(frozen=True, slots=True)
+class Departures:
+    """How far the units of one coefficient lie off.
+
+    Attributes
+    ----------
+    ratio : ndarray, shape (n_units,)
+        Of the coefficient over what is expected; NaN where the unit gives a limit only.
+    deviations : ndarray, shape (n_units,)
+        z, at the most likely scales.
+    p : ndarray, shape (n_units,)
+        Two-sided probability.
+    """
+
+    ratio: Array
+    deviations: Array
+    p: Array
+
+
+def departures(design: Design, posterior: Posterior) -> Departures:
+    """Of all units, from what is expected of them."""
+    from scipy.special import ndtr
+
+    order = np.argsort(-posterior.weight)
+    chosen = order[:_DRAWS] if np.ptp(posterior.weight) > 0 else order[:1]
+    weight = posterior.weight[chosen] / posterior.weight[chosen].sum()
+    factors = posterior.mode.factors
+    p = np.zeros(design.units)
+    for i, w in zip(chosen, weight, strict=True):
+        d, variance = _apart(design, factors, posterior, int(i))
+        p += w * 2 * ndtr(-np.abs(d) / np.sqrt(variance))
+    d, variance = _apart(design, factors, posterior, 0)
+    known = design.per_unit(np.isfinite(design.profiles.knots[:, 0]).astype(float)) > 0
+    return Departures(
+        np.where(known, np.exp(np.clip(d, -50.0, 50.0)), np.nan), d / np.sqrt(variance), np.clip(p, 0.0, 1.0)
+    )
+
+
+def _apart(design: Design, factors: Factors, posterior: Posterior, draw: int) -> tuple[Array, Array]:
+    """Distance of each unit from its expectation, and the variance of that."""
+    scales: Scales = posterior.scales[draw]
+    t = factors.t[0] / (1.0 + factors.t[0] * scales.repeat**2)
+    h = factors.h[0] / (1.0 + factors.t[0] * scales.repeat**2)
+    z, root = design.covariates, posterior.root[draw]
+    weight = np.maximum(design.per_unit(t), 1e-12)
+    expected = z @ posterior.location[draw] + posterior.lots[draw][design.lot[design.unit]]
+    d = design.per_unit(h - t * expected) / weight
+    mean_z = design.per_unit(t[:, None] * z, 0) / weight[:, None]
+    of_location = ((mean_z @ root) ** 2).sum(axis=1) + posterior.lot_sd[draw][design.lot] ** 2
+    return d, 1.0 / weight + scales.unit**2 + of_location
+
+
+def simes(p: Array) -> Array:
+    """One probability for each row of several, NaN for none, shape (n,)."""
+    ranked = np.sort(np.where(np.isnan(p), np.inf, p), axis=1)
+    count = np.isfinite(ranked).sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        adjusted = ranked * count[:, None] / np.arange(1, p.shape[1] + 1)
+    return np.asarray(np.minimum(np.where(np.isfinite(ranked), adjusted, np.inf).min(axis=1), 1.0))
+
+
+def discoveries(p: Sequence[float] | Array, rate: float) -> NDArray[np.bool_]:
+    """Which of these the step-up procedure rejects."""
+    values = np.asarray(p, dtype=float)
+    order = np.argsort(values)
+    passing = np.flatnonzero(values[order] <= rate * np.arange(1, len(values) + 1) / len(values))
+    chosen = np.zeros(len(values), dtype=bool)
+    if len(passing):
+        chosen[order[: passing[-1] + 1]] = True
+    return chosen

@@ -1,0 +1,285 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The population of a fleet: against closed forms, against integrals by quadrature, and where it must refuse."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pyarrow as pa
+import pytest
+
+from allanite.errors import InputError
+from allanite.stability.fleet import FleetPopulation, FleetVerdict, describe_fleet
+from allanite.stability.fleet.evidence import Design, Scales, evidence
+from allanite.stability.fleet.levels import LEVELS
+from allanite.stability.fleet.posterior import posterior_of
+from allanite.stability.fleet.profile_table import ProfileTable
+from allanite.stability.fleet.standing_out import discoveries, simes
+
+LEVEL = np.array(LEVELS)
+
+
+def straight(y, sd):
+    """Profiles of normal estimates."""
+    return np.asarray(y)[:, None] + np.asarray(sd)[:, None] * LEVEL, np.full(len(y), -np.inf)
+
+
+def of_squares(y):
+    """Profiles of estimates y of c^2 with unit variance, c never negative: limits where y is small."""
+    y = np.asarray(y, dtype=float)
+    best = np.maximum(y, 0.0)[:, None]
+    beyond = np.where(LEVEL > 0, np.hypot(LEVEL, y[:, None]) - np.abs(y[:, None]), 0.0)
+    square = np.where(y[:, None] < 0, beyond, LEVEL + best)
+    with np.errstate(divide="ignore"):
+        knots = np.where(square > 0, 0.5 * np.log(np.maximum(square, 1e-300)), -np.inf)
+    return knots, -best[:, 0]
+
+
+def design(profiles, unit=None, lot=None, covariates=None):
+    table = ProfileTable.of(*profiles)
+    unit = np.arange(len(table)) if unit is None else np.asarray(unit)
+    units = unit[-1] + 1
+    z = np.ones((len(table), 1)) if covariates is None else covariates
+    return Design(table, z, unit, np.zeros(units, dtype=np.intp) if lot is None else np.asarray(lot))
+
+
+# -- profiles ---------------------------------------------------------------------------------------------
+
+
+def test_what_a_profile_says_beside_an_expectation_is_its_integral():
+    rng = np.random.default_rng(1)
+    knots = np.vstack(
+        [straight(rng.normal(size=40), rng.uniform(0.05, 1, 40))[0], of_squares(rng.normal(1, 2, 40))[0]]
+    )
+    floor = np.concatenate([np.full(40, -np.inf), of_squares(np.random.default_rng(1).normal(1, 2, 40))[1]])
+    floor[40:] = np.where(np.isfinite(knots[40:, 0]), -np.inf, floor[40:])
+    table = ProfileTable.of(knots, floor)
+    m, v = rng.normal(size=80), rng.uniform(0.01, 2, 80)
+    tilted = table.tilted(m, v)
+    x = m[:, None] + np.sqrt(v)[:, None] * np.linspace(-12, 12, 20_001)
+    dx = (x[:, 1] - x[:, 0])[:, None]
+    root = np.array([table.root(column) for column in x.T]).T
+    density = np.exp(-0.5 * root**2 - 0.5 * (x - m[:, None]) ** 2 / v[:, None]) / np.sqrt(
+        2 * np.pi * v[:, None]
+    )
+    mass = (density * dx).sum(axis=1)
+    mean = (density * x * dx).sum(axis=1) / mass
+    variance = (density * (x - mean[:, None]) ** 2 * dx).sum(axis=1) / mass
+    inside = np.abs(mean - m) < 6 * np.sqrt(v)  # where the grid reaches
+    assert inside.sum() > 60
+    np.testing.assert_allclose(tilted.log_mass[inside], np.log(mass[inside]), atol=2e-3)
+    np.testing.assert_allclose(tilted.mean[inside], mean[inside], atol=2e-3)
+    np.testing.assert_allclose(tilted.variance[inside], variance[inside], rtol=1e-2)
+
+
+def test_straight_profiles_are_normal_densities():
+    table = ProfileTable.of(*straight([0.3, -1.0], [0.1, 2.0]))
+    assert table.straight.all()
+    tilted = table.tilted(np.array([0.0, 1.0]), np.array([0.5, 0.7]))
+    s2, v = np.array([0.01, 4.0]), np.array([0.5, 0.7])
+    d = np.array([0.3, -2.0])
+    np.testing.assert_allclose(
+        tilted.log_mass, -0.5 * d**2 / (s2 + v) + 0.5 * np.log(s2 / (s2 + v)), rtol=1e-9
+    )
+    np.testing.assert_allclose(tilted.variance, s2 * v / (s2 + v), rtol=1e-9)
+
+
+# -- evidence ---------------------------------------------------------------------------------------------
+
+
+def test_evidence_of_censored_units_is_the_integral_of_each():
+    """One log a unit: differences of the evidence between scales, every unit by quadrature, the middle by Laplace."""
+    rng = np.random.default_rng(5)
+    d = design(of_squares(np.exp(2 * 0.4 * rng.normal(size=30)) + rng.normal(size=30)))
+    x = np.linspace(-20, 12, 6401)
+    likelihood = np.exp(-0.5 * np.array([d.profiles.root(np.full(30, value)) for value in x]).T ** 2)
+    middles = np.linspace(-1.0, 1.0, 401)
+
+    def exact(scales):
+        narrow, wide = (
+            np.exp(-0.5 * ((x - middles[:, None]) / t) ** 2) / t for t in (scales.unit, 5 * scales.unit)
+        )
+        prior = ((1 - scales.wide) * narrow + scales.wide * wide) * (x[1] - x[0]) / math.sqrt(2 * math.pi)
+        log = np.log(likelihood @ prior.T).sum(axis=0)
+        i, h = int(log.argmax()), 5
+        bend = (2 * log[i] - log[i - h] - log[i + h]) / (h * (middles[1] - middles[0])) ** 2
+        return float(log[i] - 0.5 * math.log(bend / (2 * math.pi)))
+
+    every = [Scales(lot=0.0, unit=t, repeat=0.0, wide=w) for t in (0.15, 0.4, 0.8) for w in (0.0, 0.1)]
+    ours = np.array([evidence(d, s).value for s in every])
+    theirs = np.array([exact(s) for s in every])
+    np.testing.assert_allclose(ours - ours[0], theirs - theirs[0], atol=0.01)
+
+
+def test_scales_of_a_balanced_fleet_are_those_of_the_analysis_of_variance():
+    """Exact data, so that the restricted likelihood has its maximum at the mean squares."""
+    rng = np.random.default_rng(11)
+    lots, units, repeats = 12, 8, 3
+    a, b = 0.3 * rng.normal(size=lots), 0.2 * rng.normal(size=(lots, units))
+    x = a[:, None, None] + b[:, :, None] + 0.1 * rng.normal(size=(lots, units, repeats))
+    of_unit, of_lot = x.mean(axis=2), x.mean(axis=(1, 2))
+    within = ((x - of_unit[..., None]) ** 2).sum() / (lots * units * (repeats - 1))
+    between = repeats * ((of_unit - of_lot[:, None]) ** 2).sum() / (lots * (units - 1))
+    above = repeats * units * ((of_lot - of_lot.mean()) ** 2).sum() / (lots - 1)
+    best = Scales(
+        lot=math.sqrt((above - between) / (repeats * units)),
+        unit=math.sqrt((between - within) / repeats),
+        repeat=math.sqrt(within),
+        wide=0.0,
+    )
+    unit = np.repeat(np.arange(lots * units), repeats)
+    d = design(straight(x.ravel(), np.full(x.size, 1e-4)), unit, np.repeat(np.arange(lots), units))
+    top = evidence(d, best)
+    assert top.location[0] == pytest.approx(x.mean(), abs=1e-6)
+    assert top.covariance[0, 0] == pytest.approx(above / x.size, rel=1e-3)
+    for change in (0.9, 1.1):
+        for level in ("lot", "unit", "repeat"):
+            near = {name: getattr(best, name) for name in ("lot", "unit", "repeat")} | {"wide": 0.0}
+            near[level] *= change
+            assert evidence(d, Scales(**near)).value < top.value
+
+
+def test_posterior_without_uncertainty_is_students_and_chi_squares():
+    """Units known exactly: the middle has Student's interval, the spread that of a standard deviation."""
+    from scipy import stats
+
+    rng = np.random.default_rng(4)
+    x = 0.2 * rng.normal(size=12)
+    p = posterior_of(design(straight(x, np.full(12, 1e-4))))
+    spread = np.array([s.unit for s in p.scales])
+    order = np.argsort(spread)
+    share = np.cumsum(p.weight[order])
+    quantiles = spread[order][np.searchsorted(share, [0.05, 0.5, 0.95])]
+    expected = np.sqrt(11 * x.var(ddof=1) / stats.chi2(11).ppf([0.95, 0.5, 0.05]))
+    np.testing.assert_allclose(quantiles, expected, rtol=0.08)
+    assert p.resolved == {"unit"}
+    assert p.mode.location[0] == pytest.approx(x.mean(), abs=1e-6)
+
+
+def test_a_large_fleet_is_climbed_in_a_part_of_it():
+    rng = np.random.default_rng(3)
+    n = 6000
+    d = design(straight(np.hypot(0.3, 0.1) * rng.normal(size=n), np.full(n, 0.1)))
+    p = posterior_of(d)
+    spread = np.array([s.unit for s in p.scales])
+    assert np.mean(spread) == pytest.approx(0.3, abs=4 * 0.3 / math.sqrt(2 * n) * 1.2)
+    assert len(d.thinned(1000).unit) == 1000
+
+
+# -- who stands out ---------------------------------------------------------------------------------------
+
+
+def test_step_up_procedure_of_the_paper():
+    """Benjamini and Hochberg 1995, section 3.2: fifteen probabilities, of which the step-up procedure rejects four."""
+    p = [
+        0.0001,
+        0.0004,
+        0.0019,
+        0.0095,
+        0.0201,
+        0.0278,
+        0.0298,
+        0.0344,
+        0.0459,
+        0.3240,
+        0.4262,
+        0.5719,
+        0.6528,
+        0.7590,
+    ]
+    assert discoveries([*p, 1.0], 0.05).sum() == 4
+
+
+def test_simes_of_one_is_itself_and_of_several_the_smallest_adjusted():
+    p = np.array([[0.01, np.nan, np.nan], [0.01, 0.02, 0.9], [np.nan, np.nan, np.nan]])
+    np.testing.assert_allclose(simes(p), [0.01, 0.03, 1.0])
+
+
+# -- the whole --------------------------------------------------------------------------------------------
+
+
+def table(rng, units=60, *, lots=1, temperature=0.0, outlier=None, symbol="N"):
+    """A fleet of spread 0.2 with middle exp(-5), as a table."""
+    lot = np.sort(rng.integers(0, lots, units))
+    degrees = rng.uniform(10, 30, units)
+    x = -5 + 0.2 * rng.normal(size=units) + temperature * (degrees - 20) + 0.1 * (lot == 0) * (lots > 1)
+    if outlier is not None:
+        x[outlier] = -5 + 2.0
+    knots, floor = straight(x + 0.02 * rng.normal(size=units), np.full(units, 0.02))
+    return pa.table(
+        {
+            "log": [f"{i}.csv" for i in range(units)],
+            "unit": [f"sn{i}" for i in range(units)],
+            "lot": [f"L{i}" for i in lot],
+            "temperature": degrees,
+            "channel": ["gx"] * units,
+            "kind": ["rate"] * units,
+            "term": [symbol] * units,
+            "unit_of_measure": ["rad/s^0.5"] * units,
+            "profile": pa.FixedSizeListArray.from_arrays(pa.array(knots.astype(np.float32).ravel()), 9),
+            "root_at_zero": pa.array(floor.astype(np.float32)),
+        }
+    )
+
+
+def test_the_unit_that_stands_out_is_named_and_the_document_comes_back():
+    result = describe_fleet(table(np.random.default_rng(2), outlier=7))
+    assert result.verdict is FleetVerdict.STAND_OUT
+    assert result.names_standing_out == ("sn7",)
+    assert result.standing_out[0].ratio == pytest.approx(math.exp(2.0), rel=0.2)
+    assert FleetPopulation.from_json(result.to_json()).to_json() == result.to_json()
+
+
+def test_an_effect_of_temperature_has_its_interval_and_the_middle_its_reference():
+    result = describe_fleet(table(np.random.default_rng(6), 200, temperature=0.02))
+    (c,) = result.coefficients
+    (effect,) = c.effects
+    assert (effect.name, effect.unit_of_measure) == ("temperature", "degC")
+    assert effect.change.lower < 0.02 < effect.change.upper
+    assert effect.change.lower > 0.01
+    assert effect.reference == pytest.approx(20, abs=1)
+    assert describe_fleet(table(np.random.default_rng(6), 200), conditions=()).coefficients[0].effects == ()
+
+
+def test_lots_have_their_ratio():
+    (c,) = describe_fleet(table(np.random.default_rng(8), 240, lots=4)).coefficients
+    assert [r.lot for r in c.of_lots] == ["L0", "L1", "L2", "L3"]
+    assert sum(r.units for r in c.of_lots) == c.units == 240
+    assert c.between_lots is not None
+    assert (
+        describe_fleet(table(np.random.default_rng(8), 240, lots=4), by_lot=False).coefficients[0].lots == 1
+    )
+
+
+def test_bounds_are_in_order():
+    (c,) = describe_fleet(table(np.random.default_rng(9))).coefficients
+    assert (
+        c.tolerance[0]
+        < c.next_unit[0]
+        < c.middle.lower
+        < c.middle.value
+        < c.middle.upper
+        < c.next_unit[1]
+        < c.tolerance[1]
+    )
+
+
+def test_three_units_bound_nothing_and_say_so():
+    (c,) = describe_fleet(table(np.random.default_rng(12), 3), conditions=()).coefficients
+    assert c.next_unit[1] > 1.5 * c.middle.value
+    assert c.tolerance[1] > c.next_unit[1]
+
+
+def test_refusals():
+    t = table(np.random.default_rng(1))
+    with pytest.raises(InputError, match="no numeric column 'humidity'"):
+        describe_fleet(t, conditions=["humidity"])
+    with pytest.raises(InputError, match="resolved by 3 units"):
+        describe_fleet(table(np.random.default_rng(1), 2))
+    with pytest.raises(InputError, match="lacks the columns profile"):
+        describe_fleet(t.drop_columns(["profile"]))
+    with pytest.raises(InputError, match="content must lie between 0 and 1"):
+        describe_fleet(t, content=1.0)
+    with pytest.raises(InputError, match="no table of a fleet"):
+        describe_fleet("no/such/folder")
