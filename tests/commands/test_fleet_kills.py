@@ -17,6 +17,11 @@ from allanite.commands.fleet.running import fleet
 from fleet_logs import PATTERN, rows_without_times, write_fleet
 
 LOGS, KILLS = 16, 10
+#: Also where the tests run in the background of a shell, which ignores Ctrl-C for them.
+_PROGRAM = (
+    "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    "from allanite.__main__ import main\nmain()"
+)
 _PATIENCE = 120.0  # s for a step of a run on a busy machine
 
 
@@ -24,7 +29,7 @@ def started(folder):
     """A run in a process group of its own."""
     return subprocess.Popen(
         [
-            sys.executable, "-m", "allanite", "fleet", "run", "logs/**/*.csv", "--pattern", PATTERN, "--out", "fleet",
+            sys.executable, "-c", _PROGRAM, "fleet", "run", "logs/**/*.csv", "--pattern", PATTERN, "--out", "fleet",
             "--workers", "1",
         ],
         cwd=folder,
@@ -62,7 +67,7 @@ def test_a_run_that_is_killed_ten_times_ends_with_the_same_table(tmp_path, undis
     moments = random.Random(25)
     for k in range(KILLS):
         run = started(tmp_path)
-        done_by(run, tmp_path, count=k % 2, pause=moments.uniform(0.0, 0.4))
+        done_by(run, tmp_path, count=k % 2, pause=moments.uniform(0.0, 0.25))
         assert run.poll() is None, "the run had ended before it was killed"
         os.killpg(run.pid, signal.SIGKILL)
         run.communicate()

@@ -34,18 +34,18 @@ class LogAddress:
     stamp: str
 
 
-def logs_of(globs: Sequence[str], folder: Path) -> list[LogAddress]:
+def logs_of(globs: Sequence[str], folder: Path, *, none_is_fine: bool = False) -> list[LogAddress]:
     """The logs that globs name, each once, by name; relative ones begin in `folder`.
 
     Raises
     ------
     InputError
-        A glob that names nothing, an address of an unknown kind, or one that is not reached.
+        A glob that names nothing, unless that is fine; an address of an unknown kind, or one that is not reached.
     """
     made: dict[str, LogAddress] = {}
     for pattern in globs:
         named = {log.name: log for log in _logs(pattern, folder)}
-        if not named:
+        if not (named or none_is_fine):
             raise InputError(
                 f"{pattern}: no such log; quote the pattern, and write ** for folders of any depth"
             )

@@ -9,11 +9,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from allanite.commands.fleet.addresses import LogAddress, logs_of
+from allanite.commands.fleet.addresses import logs_of
 from allanite.commands.fleet.folder import FleetFolder
 from allanite.commands.fleet.jobs import workers
 from allanite.commands.fleet.running import FleetRun, run_logs
-from allanite.errors import InputError
 
 __all__ = ["watch"]
 
@@ -47,13 +46,15 @@ def watch(
     ------
     FormatError
         The folder is no fleet.
+    InputError
+        An address that is not reached.
     """
     fleet = FleetFolder(folder)
     settings = fleet.settings()
     before: dict[str, str] = {}
     with fleet.locked(), workers(client=client, count=max_workers) as at:
         while True:
-            logs = _logs(settings)
+            logs = logs_of(settings["paths"], Path(settings["folder"]), none_is_fine=True)
             ready = [log for log in logs if once or before.get(log.name) == log.stamp]
             new = [
                 log
@@ -66,10 +67,3 @@ def watch(
                 return
             before = {log.name: log.stamp for log in logs}
             time.sleep(every)
-
-
-def _logs(settings: dict[str, Any]) -> list[LogAddress]:
-    try:
-        return logs_of(settings["paths"], Path(settings["folder"]))
-    except InputError:  # all were moved away
-        return []
