@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
+from typing import Any
 
 from numpydoc.xref import DEFAULT_LINKS
 from sphinx.application import Sphinx
@@ -82,6 +84,22 @@ def prepare(app: Sphinx, document: str, source: list[str]) -> None:
         source[0] = for_sphinx(source[0], document)
 
 
+EMPTY_HEAD = re.compile(r'<th class="head([^"]*)"><p></p></th>')
+SIGNATURE = re.compile(r"<dl>\n((?:<dd>(?:(?!</?dl>|</?dd>).)*</dd>\n?)+)</dl>", re.DOTALL)
+
+
+def mend(app: Sphinx, page: str, template: str, context: dict[str, Any], doctree: object) -> None:
+    """A corner of a table is no heading, and lines of a signature are no definitions: programs that read aloud ask."""
+    if body := context.get("body"):
+        body = EMPTY_HEAD.sub(r'<td class="head\1"></td>', body)
+        context["body"] = SIGNATURE.sub(
+            lambda lines: re.sub("<(/?)d[ld]>", r"<\1span>", lines[0]).replace(
+                "<span>", '<span class="sig-line">'
+            ),
+            body,
+        )
+
+
 def write_entrance(app: Sphinx, failure: Exception | None) -> None:
     """The top of the site leads to its first page."""
     if failure is None and app.builder.format == "html":
@@ -98,4 +116,5 @@ def write_python(app: Sphinx) -> None:
 def setup(app: Sphinx) -> None:
     app.connect("builder-inited", write_python)
     app.connect("source-read", prepare)
+    app.connect("html-page-context", mend)
     app.connect("build-finished", write_entrance)

@@ -14,7 +14,7 @@ __all__ = ["Inflation"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inflation(Result):
-    """What a bound promises, and what it is inflated by.
+    """Promise of a bound, and its inflation.
 
     Attributes
     ----------

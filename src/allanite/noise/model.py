@@ -56,7 +56,7 @@ class Estimate:
 
     @property
     def needed(self) -> bool:
-        """A limit, and yet the model holds the term: it needs this one or one like it."""
+        """True for a limit of a term that the model has all the same: it needs this term or one like it."""
         return self.note.endswith("or one like it")
 
     def to_json(self) -> dict[str, Any]:
@@ -155,7 +155,7 @@ class NoiseModel:
 
     @classmethod
     def from_datasheet(cls, **entries: Unpack[DatasheetEntries]) -> NoiseModel:
-        """The model that a data sheet states; what can be read in two ways must be said.
+        """The model that a data sheet states; ambiguous statements need their reading.
 
         Parameters
         ----------

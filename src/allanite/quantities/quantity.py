@@ -36,7 +36,7 @@ def interval_words(value: float | None, lower: float, upper: float, factor: floa
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity(Result):
-    """A number with what is known of it.
+    """A number with its interval, unit and status.
 
     Attributes
     ----------

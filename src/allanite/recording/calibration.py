@@ -192,7 +192,7 @@ class Calibration:
 
     @classmethod
     def nominal(cls, *sensors: str, channels: Mapping[str, tuple[str, ...]] | None = None) -> Calibration:
-        """Perfect sensors, known without error: what a unit is taken for without a calibration."""
+        """Perfect sensors without uncertainty, as assumed for a unit without a calibration."""
         names = tuple(n for s in sensors for n in parameter_names(s))
         values = np.array([1.0 if ".scale_" in n else 0.0 for n in names])
         k = len(names)
@@ -212,7 +212,7 @@ class Calibration:
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """Triads that it holds: "accelerometer", "gyro"."""
+        """Calibrated triads: "accelerometer", "gyro"."""
         return tuple(s for s in (ACCELEROMETER, GYRO) if any(n.startswith(s + ".") for n in self.names))
 
     def __getitem__(self, name: str) -> tuple[float, float]:
@@ -333,7 +333,7 @@ class Calibration:
 
     @classmethod
     def from_json(cls, data: Any) -> Calibration:
-        """A calibration out of its plain data, or out of a document that holds one under "calibration".
+        """Read a calibration from its plain data, or from a document that has one under "calibration".
 
         Raises
         ------
@@ -364,7 +364,7 @@ class Calibration:
 
     @classmethod
     def load(cls, path: str | Path) -> Calibration:
-        """A calibration out of a file.
+        """Read a calibration from a file.
 
         Raises
         ------

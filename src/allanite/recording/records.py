@@ -511,7 +511,7 @@ class Recording:
         return replace(self, columns=tuple(columns), history=(*self.history, step))
 
     def with_channels(self, change: Callable[[Channel], Channel], step: Mapping[str, Any]) -> Recording:
-        """The same samples under other channel facts (a unit the file did not hold); `step` goes into the history."""
+        """The same samples with other channel facts (a unit missing from the file); `step` is added to the history."""
         return replace(
             self, channels=tuple(change(c) for c in self.channels), history=(*self.history, dict(step))
         )

@@ -165,7 +165,7 @@ class Instrument(Protocol):
         ...
 
     def interrupt(self) -> None:
-        """Called from another thread: a `read` that waits ends at once with `InstrumentTimeout`, and so do later ones.
+        """Called from another thread: a waiting `read` ends immediately with `InstrumentTimeout`, and so do later ones.
 
         Until the next `start`.
         """

@@ -175,7 +175,7 @@ class SimulatedInstrument:
         return Identity(maker="allanite", model="simulated", serial=str(self._seed))
 
     def start(self) -> None:
-        """The clock of the sensor begins to run, or goes on.
+        """Start or resume the clock of the sensor.
 
         Raises
         ------
@@ -218,7 +218,7 @@ class SimulatedInstrument:
         self._interrupted.set()
 
     def stop(self) -> None:
-        """The clock of the sensor stands still."""
+        """Stop the clock of the sensor."""
         self._began = None
 
     def close(self) -> None:

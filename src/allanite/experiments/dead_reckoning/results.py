@@ -55,7 +55,7 @@ LINEAR: Mapping[str, float] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InitialErrors(Result):
-    """Standard deviations of what is wrong when the dead reckoning begins; all in SI, 0 where not stated.
+    """Standard deviations of the errors at the start of dead reckoning; all in SI, 0 if not stated.
 
     Attributes
     ----------

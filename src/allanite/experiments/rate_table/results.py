@@ -63,7 +63,7 @@ class NoiseAtRate(Result):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableUncertainty:
-    """Standard uncertainties that no record shows: what the user knows of the table.
+    """Standard uncertainties of the table, which no record shows.
 
     Attributes
     ----------

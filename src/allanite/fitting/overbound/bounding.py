@@ -45,7 +45,7 @@ def overbound(
     above_measured: bool = True,
     exclude: ArrayLike | None = None,
 ) -> NoiseModel:
-    """The least sum of noise terms whose Allan deviation lies above that of the sensor everywhere, so probably.
+    """The smallest sum of noise terms whose Allan deviation is above the sensor's everywhere, with a given probability.
 
     Everywhere is from the shortest averaging time that the fit explains to `horizon`, at all of them together: the
     true curve is below the bound at every one with the stated probability. What the record does not show (a random

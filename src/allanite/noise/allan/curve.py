@@ -157,7 +157,7 @@ class AllanCurve:
         )
 
     def starts(self, i: int = 0) -> list[Spans] | None:
-        """Runs of complete windows at each lag of channel i; None where nothing is missing."""
+        """Runs of complete windows at each lag of channel i; None if no samples are missing."""
         missing, pointwise = self.missing[i], self.channels[i].kind.integrated
         if len(missing) == 0:
             return None

@@ -221,7 +221,7 @@ class EnvironmentSeries(Result):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EnvironmentFacts(Result):
-    """Temperature and warm-up in one channel, as a document holds them.
+    """Temperature and warm-up of one channel, as in its document.
 
     Attributes
     ----------
@@ -298,7 +298,7 @@ class EnvironmentFacts(Result):
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """What to do about it, and what to know."""
+        """Advice and remarks."""
         thermometer, correction, branches = self.thermometer, self.correction, self.hysteresis
         conditions = {
             COME_BACK: self.verdict is EnvironmentVerdict.NOT_SEPARABLE,

@@ -56,7 +56,7 @@ def separate_noise(
     confidence: float = 0.95,
     progress: Progress | None = None,
 ) -> Separation:
-    """Take the noise of sensors that were recorded together apart, into what each has alone and what they share.
+    """Separate the noise of sensors recorded together into individual and shared parts.
 
     Parameters
     ----------

@@ -103,7 +103,7 @@ class Datasheet(Result):
 
 
 def read_datasheet(path: str | os.PathLike[str]) -> Datasheet:
-    """A data sheet out of a YAML file.
+    """Read a data sheet from a YAML file.
 
     Parameters
     ----------

@@ -129,7 +129,7 @@ class Description(Entry):
 
 
 def read_description(path: str | os.PathLike[str]) -> Description:
-    """A description out of a YAML file.
+    """Read a description from a YAML file.
 
     Parameters
     ----------

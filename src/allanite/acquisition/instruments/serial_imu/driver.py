@@ -153,7 +153,7 @@ class SerialImu:
         )
 
     def start(self) -> None:
-        """Send what makes the device begin; one that always sends needs nothing."""
+        """Send the start command; a device that always sends needs none."""
         self._interrupted = False
         for text in self.description.start:
             self._opened().write(text.payload)
@@ -204,7 +204,7 @@ class SerialImu:
         self._interrupted = True
 
     def stop(self) -> None:
-        """Send what makes the device end; a port that is gone gives no error."""
+        """Send the stop command; a lost port is no error."""
         if self._port is None:
             return
         try:

@@ -26,7 +26,7 @@ _BLOCK = 1024
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImuFault:
-    """Something that goes wrong at one sample.
+    """Fault at one sample.
 
     Attributes
     ----------

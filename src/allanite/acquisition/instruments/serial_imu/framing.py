@@ -114,7 +114,7 @@ class Framer:
 
     @property
     def tally(self) -> Tally:
-        """What was dropped so far, and why: a copy."""
+        """Dropped bytes by reason, as a copy."""
         return self._tally.copy()
 
     @property
