@@ -393,7 +393,7 @@ def test_very_short_records_and_empty_ones() -> None:
     one = find_reversals(record(noise(0.5, 1)))
     assert one.static and len(one.dwells) == 0  # under a second there is no dwell
     assert find_reversals(record(np.full(1000, 3.0))).static
-    with pytest.raises(DataQualityError, match="holds 0 samples"):
+    with pytest.raises(DataQualityError, match="has 0 samples"):
         find_reversals(record(np.full(1000, np.nan)))
 
 

@@ -200,7 +200,7 @@ def test_e_slow_turns_do_not_pass_for_the_rest_between_them() -> None:
 def test_e_a_channel_that_is_dead_is_named() -> None:
     recording, _ = hand_moved(1, rests=3)
     whole = np.stack([recording.values(n) for n in NAMED["gyro"] + NAMED["accelerometer"]], axis=1)
-    for value, said in ((0.0, "accel_x holds one value throughout"), (np.nan, "accel_x holds no sample")):
+    for value, said in ((0.0, "accel_x repeats one value throughout"), (np.nan, "accel_x has no samples")):
         samples = np.array(whole)
         samples[:, 3] = value
         found = find_static_spans(unit(samples[:, :3], samples[:, 3:]), **NAMED)
