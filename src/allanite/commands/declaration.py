@@ -21,7 +21,7 @@ __all__ = ["Command", "Place", "Subject", "loaded"]
 
 Place = str | os.PathLike[str]
 Advance = Callable[[float, str], None]
-Subject = Literal["recording", "recordings", "model", "pair", "study", "sheet"]
+Subject = Literal["recording", "recordings", "model", "pair", "study", "sheet", "fleet"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,8 +43,8 @@ class Command:
         Besides those of reading a log and of where the result goes; `run` takes each under its name.
     takes : str
         "recording"; "recordings": two or more, which `work` gets in a list; "model": no log, but the noise models that
-        an option names; "pair", two of them; "study", the file of one; or "sheet", a data sheet, with a log or a study
-        as an option.
+        an option names; "pair", two of them; "study", the file of one; "sheet", a data sheet, with a log or a study as
+        an option; or "fleet", the table of a fleet or its folder.
     run : str
         "module:function" that makes a `Result` of a recording; "" where `work` does more than that.
     work : str

@@ -73,6 +73,8 @@ class MeasurementResult:
         Noise models that it makes, for ``--output``.
     write : callable, optional
         Leaves its files, where these are others: takes folder, figure and `force`.
+    code : int
+        Exit code of its verdict, where a program decides by that; 0 for none.
     """
 
     result: Any
@@ -83,6 +85,7 @@ class MeasurementResult:
     series: Recording | None = None
     models: Mapping[str, NoiseModel] | None = None
     write: Callable[..., Delivered] | None = None
+    code: int = 0
 
     @property
     def plain(self) -> Json:

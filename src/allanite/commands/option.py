@@ -32,7 +32,7 @@ OptionType = Literal[
     "number", "integer", "share", "text", "flag", "choice", "names", "texts", "findings", "by-channel", "seconds",
     "seconds-list", "degrees", "latitude", "turns", "deg/s", "deg/h", "deg/h/g", "spans", "headings", "lines", "model",
     "recording", "log", "study", "document", "attached", "description", "file", "renamed", "acceleration", "goal",
-    "goals", "initial", "models", "numbers",
+    "goals", "initial", "models", "numbers", "place",
 ]  # fmt: skip
 
 STATISTICS = (

@@ -16,7 +16,7 @@ from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWal
 from allanite.noise.allan.lags import octave_lags
 from allanite.quantities.result import Result
 
-__all__ = ["Advice", "advise", "predicted_sd"]
+__all__ = ["Advice", "advise", "predicted_sd", "record_length", "span"]
 
 _GOAL = 0.10  # relative standard deviation worth recording for
 _SEEN = 1 / 6  # relative standard deviation of an amplitude that stands three sigma from zero
@@ -127,7 +127,7 @@ def _one(model: NoiseModel, e: Estimate, n_samples: int, dt: float, sampling: st
     if supposed is None:
         return None
     target = _GOAL if e.supported else _SEEN
-    duration = _duration(supposed, e.symbol, target, n_samples, dt, sampling)
+    duration = record_length(supposed, e.symbol, target, n_samples=n_samples, dt=dt, sampling=sampling)
     reached = duration <= n_samples * dt
     return Advice(symbol=e.symbol, target=target, duration=duration, reached=reached, resolved=e.supported)
 
@@ -139,10 +139,23 @@ def _with_half_limit(model: NoiseModel, e: Estimate) -> NoiseModel | None:
     return NoiseModel(terms=(*(t for t in model.terms if t.type != term.type), term), kind=model.kind)
 
 
-def _duration(
-    model: NoiseModel, symbol: str, target: float, n_samples: int, dt: float, sampling: str
+def record_length(
+    model: NoiseModel, symbol: str, target: float, *, n_samples: int, dt: float, sampling: str = "mean"
 ) -> float:
-    """Doubling until the target is met, then interpolation in log: sd falls at least as the root of the length."""
+    """Length of record [s] that gives an amplitude this relative standard deviation; infinite where none does.
+
+    Longer by factors of four from `n_samples` on until the target is met, then interpolated in the logarithm: the
+    deviation falls at least as the root of the length.
+
+    Parameters
+    ----------
+    model : NoiseModel
+        As for `predicted_sd`.
+    symbol : str
+        Of its amplitudes.
+    target : float
+        Relative standard deviation.
+    """
     factor, previous = 1, math.inf
     while factor <= _LONGEST:
         sd = predicted_sd(model, n_samples=n_samples * factor, dt=dt, sampling=sampling).get(symbol, math.inf)

@@ -8,7 +8,7 @@ import re
 from allanite.errors import InputError
 from allanite.quantities.units import parse_unit
 
-__all__ = ["display_unit", "si_unit"]
+__all__ = ["coefficient_unit", "display_unit", "si_unit"]
 
 # symbol, for rate and angle channels, for acceleration and velocity, in the channel's own unit
 _DISPLAY = """
@@ -71,6 +71,16 @@ def display_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
     return pattern.format(f"({base})" if "/" in base and pattern != "{}" else base), 1.0
 
 
+def coefficient_unit(kind: str, symbol: str, unit: str) -> tuple[str, float]:
+    """The unit in which people read a coefficient whose SI unit is known, and its size as for `display_unit`.
+
+    >>> coefficient_unit("rate", "B", "rad/s")[0], coefficient_unit("counts", "N", "counts/√Hz")
+    ('deg/h', ('counts/√Hz', 1.0))
+    """
+    return display_unit(kind, symbol) if kind in (*_DISPLAY_COLUMN, *_OF_THEIR_KIND) else (unit, 1.0)
+
+
+_OF_THEIR_KIND = ("voltage", "phase", "frequency")
 _SI_BASES = {"rate": "rad/s", "angle": "rad/s", "acceleration": "m/s²", "velocity": "m/s²", "voltage": "V"}
 _SI_SHORT = {
     ("rad/s", "Q"): "rad",

@@ -137,6 +137,21 @@ VIEWS: Mapping[str, Analysis] = {
         "allanite.views.overbound",
         "allanite.commands.overbound:OVERBOUND",
     ),
+    "allanite-fleet": Analysis(
+        "allanite.stability.fleet:FleetPopulation",
+        "allanite.views.fleet",
+        "allanite.commands.fleet.report:FLEET_REPORT",
+    ),
+    "allanite-control-chart": Analysis(
+        "allanite.stability.fleet.charts:ControlChart",
+        "allanite.views.control_chart",
+        "allanite.commands.fleet.chart:FLEET_CHART",
+    ),
+    "allanite-fleet-check": Analysis(
+        "allanite.stability.fleet.checking:FleetCheck",
+        "allanite.views.fleet_check",
+        "allanite.commands.fleet.check:FLEET_CHECK",
+    ),
 }
 
 

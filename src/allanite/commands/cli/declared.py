@@ -21,7 +21,7 @@ from allanite.errors import InputError
 if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult
 
-__all__: list[str] = []
+__all__ = ["offer_below"]
 
 Bundle = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -112,6 +112,8 @@ def _of_subject(declared: Command) -> tuple[Bundle, ...]:
         return reading
     if declared.takes == "pair":
         return click.argument("second"), click.argument("first")
+    if declared.takes == "fleet":
+        return (click.argument("fleet", type=click.Path(exists=True)),)
     if declared.takes in ("study", "sheet"):
         file = click.Path(exists=True, dir_okay=False, allow_dash=declared.takes == "study")
         return *reading, click.argument(declared.takes, type=file)
@@ -140,7 +142,7 @@ def _subject(declared: Command, given: dict[str, Any]) -> str | tuple[str, ...]:
     if declared.takes == "pair":
         return given.pop("first"), given.pop("second")
     if not (logs := given.pop("logs", ())):
-        return str(given.pop(declared.takes if declared.takes in ("study", "sheet") else "log"))
+        return str(given.pop(declared.takes if declared.takes in ("study", "sheet", "fleet") else "log"))
     if not declared.positions:
         return tuple(logs)
     if not given.pop("positions", False):
@@ -162,5 +164,14 @@ def _placed(declared: Command, given: dict[str, Any]) -> None:
             given[option.python] = place_of(value) if isinstance(value, str) else [*map(place_of, value)]
 
 
+def offer_below(group: click.Group) -> None:
+    """Put the declared commands that belong to a group of another module below it."""
+    _FAMILIES[str(group.name)] = group
+    for declared in COMMANDS.values():
+        if declared.name.startswith(f"{group.name} "):
+            _offered(declared)
+
+
 for _declared in COMMANDS.values():
-    _offered(_declared)
+    if _declared.name.partition(" ")[0] in COMMANDS:
+        _offered(_declared)

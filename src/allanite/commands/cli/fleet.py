@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Many logs: fleet run, fleet watch."""
+"""Many logs: fleet run, fleet watch; the declared commands stand beside them."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.commands.characterize import CHARACTERIZE
+from allanite.commands.cli.declared import offer_below
 from allanite.commands.cli.options import Duration, json_option, log_options, print_json, with_options
 from allanite.commands.cli.program import LOSS, cli, example_of
 from allanite.plain_files.counted import plural
@@ -40,9 +41,11 @@ class Size(click.ParamType[Any]):
 
 @cli.group("fleet", epilog=example_of(_EXAMPLE), subcommand_metavar="COMMAND")
 def fleet() -> None:
-    """Characterize many logs and gather the results in one table.
+    """Characterize many logs, and describe their population.
 
-    `run` does every log once, and goes on where it was interrupted. `watch` takes new logs as they come.
+    `run` does every log once, and goes on where it was interrupted. `watch` takes new logs as they come. `report`
+    describes the population and names the units that stand out, `chart` shows whether a coefficient is in control,
+    `check` is the bench test of one unit.
     """
 
 
@@ -154,3 +157,6 @@ def _shown(done: FleetRun, *, as_json: bool) -> int:
             click.echo(f"failed: {', '.join(done.failed[:_SHOWN])}{more}; the column error says why")
         click.echo(f"wrote {done.path}")
     return LOSS if done.failed else 0
+
+
+offer_below(fleet)

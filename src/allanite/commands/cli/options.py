@@ -550,6 +550,7 @@ _KINDS: dict[str, click.ParamType[Any]] = {
     "renamed": Renamed(),
     "deg/h/g": GSensitivity(),
     "file": click.Path(exists=True, dir_okay=False),
+    "place": click.Path(exists=True),
     "turns": click.Path(exists=True, dir_okay=False),
     "headings": click.Path(exists=True, dir_okay=False),
 }

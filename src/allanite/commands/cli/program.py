@@ -47,6 +47,11 @@ EXIT_CODES: dict[int, tuple[str, str]] = {
         "a defect in allanite",
         "the message names a report to send, with the command and the traceback",
     ),
+    10: ("`fleet check`: the unit fails", "a coefficient lies above its limit"),
+    11: (
+        "`fleet check`: cannot tell",
+        "the log is too short to decide; the result states how long one decides",
+    ),
     130: ("interrupted (Ctrl-C)", "no file is left incomplete; `record` closes its run"),
 }
 #: What a command is also called.

@@ -83,7 +83,7 @@ class Destination:
             print_json(measured.plain)
         else:
             show(measured.document, [*saved, *done.files], *([done.notes] if done.notes else []))
-        return LOSS if measured.lossy else 0
+        return LOSS if measured.lossy else measured.code
 
 
 def result_options(command: Callable[..., Any]) -> Callable[..., Any]:

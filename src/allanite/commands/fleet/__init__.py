@@ -12,4 +12,5 @@
 `table`        the columns; rows -> fleet.parquet
 `folder`       what is done and what is not, kept through a loss of power
 `watching`     new logs as they come
+`report`       the declaration of fleet report: population, units that stand out; `chart`, `check`: those of the others
 """

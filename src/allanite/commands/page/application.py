@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import secrets
 import threading
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -12,6 +13,7 @@ from contextlib import asynccontextmanager
 from functools import wraps
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 from starlette.applications import Starlette
@@ -29,6 +31,7 @@ from allanite.commands.page.captures import Captures, described_instruments
 from allanite.commands.page.catalogue import Catalogue, health_of
 from allanite.commands.page.children import Quick
 from allanite.commands.page.events import Streams
+from allanite.commands.page.fleet_table import FLEET_FILE
 from allanite.commands.page.guard import Guard
 from allanite.commands.page.jobs import Job, Jobs
 from allanite.commands.page.kinds import described_kinds
@@ -133,6 +136,7 @@ class Application:
             ("POST", "/api/upload", Application.upload),
             ("POST", "/api/recordings/{id}/open", Application.open_recording),
             ("POST", "/api/recordings/{id}/list", Application.list_recording),
+            ("GET", "/api/recordings/{id}/fleet", Application.fleet),
             ("GET", "/api/series/{id}", Application.series_facts),
             ("GET", "/api/series/{id}/window", Application.window),
             ("GET", "/api/jobs", Application.list_jobs),
@@ -296,6 +300,27 @@ class Application:
     def _fresh(self, path: Path) -> None:
         """A run that grows, or a file that was replaced, has another identity than at the last look."""
         self.catalogue.scan()
+
+    @_answering
+    async def fleet(self, request: Request) -> Response:
+        """A coefficient of all logs of a fleet, as an Arrow stream."""
+        recording = self.catalogue.recording(request.path_params["id"])
+        if recording.path.name != FLEET_FILE:
+            raise Refused(404, f"{recording.name} is not the table of a fleet")
+        stream = self.settings.cache / f"fleet-{secrets.token_hex(8)}.arrow"
+        asked = {name: request.query_params.get(name) for name in ("channel", "term")}
+        task = {"task": "fleet", "table": str(recording.path), "file": str(stream), **asked}
+        try:
+            answer = await self._waited(self.quick.ask, task)
+            if answer["exit"]:
+                raise Refused(
+                    400, str(answer.get("message") or answer.get("stderr") or "this cannot be read")
+                )
+            body = await run_in_threadpool(stream.read_bytes)
+        finally:
+            stream.unlink(missing_ok=True)
+        headers = {"X-Fleet": quote(json.dumps(answer["result"])), "Cache-Control": "no-store"}
+        return Response(body, media_type="application/vnd.apache.arrow.stream", headers=headers)
 
     @_answering
     async def series_facts(self, request: Request) -> Response:

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from allanite.commands.page.bounds import is_inside
+from allanite.commands.page.fleet_table import FLEET_FILE
 from allanite.commands.page.options import asked_for
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import RESULTS, Settings
@@ -50,9 +51,9 @@ _BESIDE = frozenset(
 #: Tables that commands leave beside a result; they look like logs, and are none.
 _TABLES = frozenset(
     {
-        "datasheet.csv", "difference.csv", "dwells.csv", "errors.csv", "inflation.csv", "parameters.csv", "plan.csv",
-        "positions.csv", "selection.csv", "separation.csv", "spectrum.csv", "stands.csv", "steps.csv",
-        "stretches.csv", "variation.csv", "weights.csv",
+        "check.csv", "coefficients.csv", "datasheet.csv", "difference.csv", "dwells.csv", "errors.csv", "inflation.csv",
+        "lots.csv", "parameters.csv", "plan.csv", "points.csv", "positions.csv", "selection.csv", "separation.csv",
+        "spectrum.csv", "standing_out.csv", "stands.csv", "steps.csv", "stretches.csv", "variation.csv", "weights.csv",
     }
 )  # fmt: skip
 _SEVERITIES = ("fatal", "warning", "info")
@@ -366,7 +367,7 @@ class Catalogue:
         refused = (self.known(r.identity, "refused") or {}).get("message")
         return {
             "id": r.id, "name": r.name, "format": r.format, "size": r.size, "modified": utc(r.modified),
-            "is_run": r.path.is_dir() and r.format == "run",
+            "is_run": r.path.is_dir() and r.format == "run", "is_fleet": r.path.name == FLEET_FILE,
             "status": _status(r.path) if r.path.is_dir() and r.format == "run" else None,
             "facts": self.known(r.identity, "facts"), "health": health, "documents": documents,
             "refused": refused, "asks": asked_for(refused or ""), "listed": not self.known(r.identity, "removed"),

@@ -117,9 +117,16 @@ def attempt(task: Json, advance: Advance) -> Json:
     return {}
 
 
+def fleet(task: Json, advance: Advance) -> Json:
+    """A coefficient of all logs of a fleet, as an Arrow stream in a file."""
+    from allanite.commands.page.fleet_table import fleet_stream
+
+    return fleet_stream(task)
+
+
 TASKS: Mapping[str, Callable[[Json, Advance], Json]] = {
     "series": prepare, "figure": draw, "parameters": parameters, "said": said, "live-curve": live_curve,
-    "attached": attached, "attempt": attempt,
+    "attached": attached, "attempt": attempt, "fleet": fleet,
 }  # fmt: skip
 """By name, as the server asks for them."""
 

@@ -9,6 +9,8 @@
 ``posterior``      all scales that the logs allow, with their weights.
 ``standing_out``   units that do not belong to the population, at a stated rate of false discoveries.
 ``results``        FleetPopulation and its parts; ``verdict`` what it may come to, ``words`` says it in a sentence.
+``charts``         the control chart of a coefficient, in ``chart_words``; ``control_rules``: when it signals.
+``checking``       a unit beside its limits: pass, fail, cannot tell, in ``check_words``.
 """
 
 from allanite.stability.fleet.population import describe_fleet

@@ -16,7 +16,7 @@ from allanite.errors import InputError
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["FleetRows", "read_rows"]
+__all__ = ["FleetRows", "read_rows", "read_table"]
 
 Array = NDArray[np.float64]
 Texts = NDArray[np.object_]
@@ -82,7 +82,7 @@ def read_rows(source: str | Path | pa.Table) -> FleetRows:
     InputError
         No such table, or one that lacks columns.
     """
-    table = _table(source)
+    table = read_table(source)
     missing = [name for name in _NEEDED if name not in table.column_names]
     if missing:
         raise InputError(f"{source}: no table of a fleet; it lacks the columns {', '.join(missing)}")
@@ -111,7 +111,14 @@ def read_rows(source: str | Path | pa.Table) -> FleetRows:
     )
 
 
-def _table(source: str | Path | pa.Table) -> pa.Table:
+def read_table(source: str | Path | pa.Table) -> pa.Table:
+    """The table of a fleet, out of its folder, its file, or as it is.
+
+    Raises
+    ------
+    InputError
+        No such table.
+    """
     if not isinstance(source, (str, Path)):
         return source
     import pyarrow as pa

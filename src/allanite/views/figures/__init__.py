@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from allanite.fitting.overbound import Bounds
     from allanite.fitting.selection import TermSelection
     from allanite.fitting.spectral.spectra import Spectra
+    from allanite.stability.fleet import FleetPopulation
+    from allanite.stability.fleet.charts import ControlChart
     from allanite.stability.record_comparison import Comparison
     from allanite.stability.shared_noise import Separation
     from allanite.stability.variation import Variation
@@ -83,7 +85,8 @@ def plot(
         Selection: `view` ("whole", "weights", "curves") and `channels`.
         Separation: `view` ("whole", "parts", "correlation"). Variation: `view` ("whole", "map", "lines") and
         `channels`. Combination: `view` ("whole", "parity", "deviation", "gain"). Comparison: `view` ("whole", "curves",
-        "parameters").
+        "parameters"). FleetPopulation: `view` ("whole", "population", "lots").
+        ControlChart: `view` ("whole", "individuals", "ewma").
         EnvironmentEstimate: `view` ("whole", "temperature", "deviation", "time").
         DeadReckoning: `view` ("whole", "position", "height", "velocity", "tilt", "heading").
         PositionPlan: `view` ("whole", "sphere", "length",
@@ -406,6 +409,30 @@ def _bounds(result: Bounds, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"these bounds have no figure {view!r}")
 
 
+def _fleet(result: FleetPopulation, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import fleet
+
+    _known_view(view, fleet.VIEWS, "a fleet")
+    parts = {"population": fleet.population_panels, "lots": fleet.lot_panels}
+    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make(result)]
+    if not panels:
+        raise InputError(f"this fleet has no figure {view!r}: it has one lot")
+    return Sheet(rows=tuple(_rows_of(panels, 2)))
+
+
+def _control_chart(result: ControlChart, *, view: str = "whole") -> Sheet:
+    from allanite.stability.fleet.control_rules import ControlRule
+    from allanite.views.figures import control_chart
+
+    _known_view(view, control_chart.VIEWS, "a control chart")
+    weighted = ControlRule.EWMA in result.rules
+    parts: Parts = {
+        "individuals": lambda: [control_chart.individuals_panel(result)],
+        "ewma": lambda: [control_chart.weighted_panel(result)] if weighted else [],
+    }
+    return _in_view(parts, view, "this chart has no weighted mean")
+
+
 def _difference(result: Difference, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import difference
 
@@ -589,6 +616,8 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("DeadReckoning"), _dead_reckoning),
     (_named("DatasheetJudgement"), _datasheet),
     (_named("Bounds"), _bounds),
+    (_named("FleetPopulation"), _fleet),
+    (_named("ControlChart"), _control_chart),
     (_named("Difference"), _difference),
     (_named("StaticSpans"), _static),
     (_named("NorthEstimate"), _north),

@@ -49,6 +49,12 @@ export async function upload(file) {
   return (await answered(fetch("/api/upload", { method: "POST", headers, body: file }))).json();
 }
 
+/** A table: facts, and the buffer of an Arrow stream. */
+export async function arrow(path) {
+  const reply = await answered(fetch(path));
+  return { facts: JSON.parse(decodeURIComponent(reply.headers.get("X-Fleet"))), buffer: await reply.arrayBuffer() };
+}
+
 /** Numbers of a window of a series: facts, and one array of 64-bit numbers. */
 export async function numbers(path, signal) {
   const reply = await answered(fetch(path, { signal }));

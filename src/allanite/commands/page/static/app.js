@@ -5,6 +5,7 @@ import { get } from "./api.js";
 import * as catalogue from "./catalogue.js";
 import { CompareView } from "./compare.js";
 import { h, fill, notice } from "./dom.js";
+import { FleetView } from "./fleet.js";
 import { jobList } from "./joblist.js";
 import { CaptureView, LiveView } from "./live.js";
 import { PlanView } from "./plan.js";
@@ -18,7 +19,8 @@ history.replaceState(null, "", `/${location.hash}`);
 
 const main = document.getElementById("main-view");
 const VIEWS = {
-  recording: (session, id) => new RecordingView(session, id),
+  recording: (session, id, what) => new RecordingView(session, id, what),
+  fleet: (session, id) => new FleetView(session, id),
   results: () => new ResultsView(),
   result: (session, id) => new DocumentView(session, id),
   compare: (session) => new CompareView(session),
@@ -50,12 +52,12 @@ function begun(name) {
 }
 
 async function show(session) {
-  const [, name, id] = location.hash.split("/").map(decodeURIComponent);
+  const [, name, id, what] = location.hash.split("/").map(decodeURIComponent);
   view?.close?.();
   view = null;
   notice("");
   for (const link of document.querySelectorAll("#main-nav a")) {
-    const of = { recording: "", result: "results", live: "capture" };
+    const of = { recording: "", fleet: "", result: "results", live: "capture" };
     const here = link.getAttribute("href") === `#/${VIEWS[name] ? (of[name] ?? name) : ""}`;
     if (here) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
@@ -64,7 +66,7 @@ async function show(session) {
     fill(main, welcome(session));
     return begun(name);
   }
-  const mine = (view = VIEWS[name](session, id));
+  const mine = (view = VIEWS[name](session, id, what));
   fill(main, mine.place);
   begun(name);
   document.title = `${catalogue.recording(id)?.name || NAV.find(([a]) => a === `#/${name}`)?.[1] || ""} – allanite`;

@@ -67,13 +67,16 @@ const facts = (r) => [
   documents((d) => d.recording === r.id && d.format === "allanite-study").length ? "characterized" : null,
 ].filter(Boolean).join(", ");
 
+/** The view of a recording, of a run that grows, or of the table of a fleet. */
+const addressOf = (r) => `#/${r.status === "recording" ? "live" : r.is_fleet ? "fleet" : "recording"}/${r.id}`;
+
 export function fileList(place, { writable, upload_limit: limit }) {
   const draw = () => {
     const [listed, removed] = [recordings(), known.recordings.filter((r) => !r.listed)];
     const here = decodeURIComponent(location.hash.split("/")[2] || "");
     const row = (r) => h(
       "li", {},
-      h("a", { href: r.status === "recording" ? `#/live/${r.id}` : `#/recording/${r.id}`, "aria-current": here === r.id ? "page" : null },
+      h("a", { href: addressOf(r), "aria-current": here === r.id ? "page" : null },
         h("span", { class: "file-name" }, shortName(r.name)), healthTag(r), h("span", { class: "file-facts" }, facts(r))),
     );
     fill(

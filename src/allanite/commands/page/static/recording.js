@@ -22,8 +22,9 @@ const readings = new Map(); // what the user said of a recording, for as long as
 const byChannel = (given) => (given && typeof given === "object" ? given : {});
 
 export class RecordingView {
-  constructor(session, id) {
+  constructor(session, id, what) {
     this.session = session;
+    this.wanted = what === "study"; // is made where there is none
     this.id = id;
     this.found = catalogue.recording(id);
     this.asked = {}; // options of the study that was made last
@@ -67,7 +68,9 @@ export class RecordingView {
     if (!this.found) throw new Error("This recording is no longer in the folder.");
     const [study] = catalogue.documents((d) => d.recording === this.id && d.format === "allanite-study");
     const job = work.all().find((j) => j.kind === "characterize" && j.recording === this.id && !work.isOver(j));
-    await Promise.all([this.open(), study ? this.showStudy(study) : null, job ? this.finish(followed(this.doing, job)) : null]);
+    const opened = this.open();
+    if (this.wanted && !study && !job) opened.then(() => this.button && !this.closed && this.characterize(this.asked)).catch(() => {});
+    await Promise.all([opened, study ? this.showStudy(study) : null, job ? this.finish(followed(this.doing, job)) : null]);
   }
 
   // -- reading -----------------------------------------------------------------------------------------------

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a fleet says: which units stand out, the population of each coefficient, what changes it, lot by lot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from allanite.quantities.display_units import coefficient_unit
+from allanite.quantities.number_words import number, probability, upper_limit
+from allanite.quantities.quantity import Quantity
+from allanite.stability.fleet.results import (
+    CoefficientPopulation,
+    CovariateEffect,
+    FleetPopulation,
+    LotRatio,
+    StandingOut,
+)
+from allanite.stability.fleet.words import counted
+from allanite.study.result_document import ResultDocument
+from allanite.views.blocks import Page, PageBlock, References, Text, pairs, table
+from allanite.views.result_page import pictures, result_page, verdict_banner
+
+__all__ = ["coefficient_rows", "lot_rows", "standing_out_rows", "view"]
+
+#: A spread of the logarithm beyond this is shown as a factor.
+_FACTOR = 0.3
+#: Units that stand out which a page lists; the table beside it has all of them.
+_MOST = 20
+
+_PICTURES = {
+    "population": (
+        "Each coefficient relative to its middle: the middle with its interval, the prediction interval of the next "
+        "unit, the tolerance bound, and the units that stand out."
+    ),
+    "lots": "Each lot over the middle of all lots, with its interval.",
+}
+_METHOD = (
+    "The logarithm of a coefficient is the sum of the middle, the effects of the conditions, a part of the lot, a part "
+    "of the unit, and a part of the log. Every log takes part with its whole likelihood: one that only sets an upper "
+    "limit counts as a limit, not as zero. The parts are normal; those of the units have a wide component where the "
+    "fleet needs it. Scales and middle are integrated over all values that the logs allow [1, 2]; the bound of a share "
+    "of the units is a one-sided tolerance limit [3]."
+)
+_DISCOVERIES = (
+    "A unit is compared with what its lot and conditions let expect. The smallest probability of its coefficients is "
+    "adjusted for their number [4]; units are then chosen by the step-up procedure [5], so that the stated share of "
+    "them is expected to be false."
+)
+_REFERENCES = (
+    "A. Gelman, “Prior distributions for variance parameters in hierarchical models”, Bayesian Anal. 1 (2006) 515.",
+    "T. Minka, “Expectation propagation for approximate Bayesian inference”, UAI 17 (2001) 362.",
+    "ISO 16269-6:2014, “Statistical interpretation of data — Determination of statistical tolerance intervals”.",
+    "R. Simes, “An improved Bonferroni procedure for multiple tests of significance”, Biometrika 73 (1986) 751.",
+    "Y. Benjamini, Y. Hochberg, “Controlling the false discovery rate”, J. R. Stat. Soc. B 57 (1995) 289.",
+)
+
+
+def view(document: ResultDocument[FleetPopulation]) -> Page:
+    """The page of a fleet."""
+    result, made = document.result, document.provenance
+    return result_page(
+        document,
+        title=("" if made is None else made.source) or "Fleet",
+        kicker="Units of one type",
+        facts=[
+            ("Logs", str(result.logs)),
+            ("Failed", str(result.failed) if result.failed else ""),
+            ("Units", str(result.units)),
+            ("Channels", ", ".join(dict.fromkeys(c.channel for c in result.coefficients))),
+        ],
+        sections={
+            "verdict": ("Verdict", [*_verdict(result)]),
+            "effects": ("Conditions", _effects(result)),
+            "lots": ("Lots", _lots(result)),
+            "pictures": ("Pictures", pictures(result, _PICTURES)),
+            "method": ("Method", _method(result)),
+        },
+    )
+
+
+def _verdict(result: FleetPopulation) -> Iterator[PageBlock]:
+    yield verdict_banner(result.verdict, result.reason, result.names_standing_out)
+    yield from table(
+        ("Unit", "Lot", "Coefficient", "Ratio", "Deviations", "Chance"),
+        [_outlying(s) for s in result.standing_out[:_MOST]],
+        caption="Units that stand out: ratio to what their lot and conditions let expect, in standard deviations.",
+    )
+    yield from table(
+        ("Coefficient", "Middle", "Next unit", _bound_head(result), "Resolved"),
+        [_population(c) for c in result.coefficients],
+        caption=(
+            "The population: median, prediction interval of the next unit, tolerance bound, and logs that resolve the "
+            "coefficient."
+        ),
+    )
+    yield from table(
+        ("Coefficient", "Between units", "Between lots", "Between repeats"),
+        [_spreads(c) for c in result.coefficients],
+        caption="Standard deviations, relative to the coefficient.",
+    )
+    if result.left_out:
+        yield Text(f"Too few units resolve {', '.join(result.left_out)}; these are left out.", brief=True)
+
+
+def _outlying(s: StandingOut) -> tuple[str, ...]:
+    ratio = "–" if math.isnan(s.ratio) else f"× {number(s.ratio)}"
+    return s.unit, s.lot or "–", f"{s.symbol} of {s.channel}", ratio, f"{s.deviations:+.1f}", probability(s.p)
+
+
+def _bound_head(result: FleetPopulation) -> str:
+    return f"{100 * result.coefficients[0].content:g} % of units"
+
+
+def _population(c: CoefficientPopulation) -> tuple[str, ...]:
+    unit, factor = coefficient_unit(c.kind, c.symbol, c.middle.unit)
+    low, high = (number(end / factor) for end in c.next_unit)
+    return (
+        f"{c.channel} {c.symbol} [{unit}]",
+        c.middle.shown(factor),
+        f"{low} to {high}",
+        upper_limit(c.tolerance[1] / factor),
+        f"{c.resolved} of {c.logs}",
+    )
+
+
+def _spreads(c: CoefficientPopulation) -> tuple[str, ...]:
+    parts = (c.spread, c.between_lots, c.between_repeats)
+    return f"{c.channel} {c.symbol}", *("–" if part is None else _spread(part) for part in parts)
+
+
+def _spread(spread: Quantity) -> str:
+    """Standard deviation of the logarithm, in percent or as a factor."""
+    if (spread.value if spread.resolved else spread.upper) <= _FACTOR:
+        return f"{spread.shown(0.01)} %"
+    value, low, high = (math.exp(min(e, 50.0)) for e in (spread.value, spread.lower, spread.upper))
+    if not spread.resolved:
+        return upper_limit(high) + " times"
+    return f"{number(value, 2)} [{number(low, 2)}, {number(high, 2)}] times"
+
+
+# -- what changes it --------------------------------------------------------------------------------------
+
+
+def _effects(result: FleetPopulation) -> list[PageBlock]:
+    rows = [_effect(c, e) for c in result.coefficients for e in c.effects]
+    return table(
+        ("Coefficient", "Condition", "Reference", "Change", "Significant"),
+        rows,
+        caption=f"Change for one unit of each condition, with its {100 * result.confidence:g} % interval.",
+    )
+
+
+def _effect(c: CoefficientPopulation, effect: CovariateEffect) -> tuple[str, ...]:
+    percent = Quantity.of(*_percent(effect.change), "1")
+    sure = effect.change.lower > 0 or effect.change.upper < 0
+    per = {"1": effect.name, "degC": "°C"}.get(effect.unit_of_measure, effect.unit_of_measure)
+    at = f"{effect.reference:.2f}" if effect.name == "date" else number(effect.reference)
+    unit = " °C" if effect.unit_of_measure == "degC" else ""
+    return (
+        f"{c.channel} {c.symbol}",
+        effect.name,
+        f"{at}{unit}",
+        f"{percent.shown()} %/{per}",
+        "yes" if sure else "no",
+    )
+
+
+def _percent(change: Quantity) -> tuple[float, tuple[float, float]]:
+    value, low, high = (100 * math.expm1(min(e, 50.0)) for e in (change.value, change.lower, change.upper))
+    return value, (low, high)
+
+
+def _lots(result: FleetPopulation) -> list[PageBlock]:
+    return table(
+        ("Coefficient", "Lot", "Units", "Ratio to the middle", "Differs"),
+        [_lot(c, lot) for c in result.coefficients for lot in c.of_lots],
+        caption=f"Each lot over the middle of all lots, with its {100 * result.confidence:g} % interval.",
+        brief=False,
+    )
+
+
+def _lot(c: CoefficientPopulation, lot: LotRatio) -> tuple[str, ...]:
+    differs = lot.ratio.lower > 1 or lot.ratio.upper < 1
+    return f"{c.channel} {c.symbol}", lot.lot, str(lot.units), lot.ratio.shown(), "yes" if differs else "no"
+
+
+def _method(result: FleetPopulation) -> list[PageBlock]:
+    wide = [
+        (f"{c.symbol} of {c.channel}, wide part", f"{c.wide_share.shown(0.01)} % of units")
+        for c in result.coefficients
+        if c.wide_share is not None
+    ]
+    rows = [
+        ("Intervals", f"{100 * result.confidence:g} %; “<” is an upper limit"),
+        ("Bound", f"{_bound_head(result)} lie below it with {100 * result.confidence:g} % confidence"),
+        ("False discoveries", f"{100 * result.false_discovery_rate:g} % of the units that stand out"),
+        ("Logs that failed", counted(result.failed, "log") if result.failed else ""),
+    ]
+    return [Text(_METHOD), Text(_DISCOVERIES), pairs([*rows, *wide], brief=False), References(_REFERENCES)]
+
+
+# -- tables -----------------------------------------------------------------------------------------------
+
+
+def _ends(name: str, quantity: Quantity | None) -> dict[str, object]:
+    ends = ("", "") if quantity is None else (quantity.lower, quantity.upper)
+    value = "" if quantity is None else quantity.value
+    return {name: value, f"{name}_lower": ends[0], f"{name}_upper": ends[1]}
+
+
+def coefficient_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
+    """One row of a table for each coefficient, in SI; spreads are of the natural logarithm."""
+    for c in result.coefficients:
+        yield {
+            **{
+                key: getattr(c, key)
+                for key in ("channel", "kind", "symbol", "logs", "units", "lots", "resolved")
+            },
+            "unit": c.middle.unit,
+            **_ends("middle", c.middle),
+            **_ends("spread", c.spread),
+            **_ends("between_lots", c.between_lots),
+            **_ends("between_repeats", c.between_repeats),
+            **_ends("wide_share", c.wide_share),
+            "next_unit_lower": c.next_unit[0],
+            "next_unit_upper": c.next_unit[1],
+            "content": c.content,
+            "tolerance_lower": c.tolerance[0],
+            "tolerance_upper": c.tolerance[1],
+        }
+
+
+def standing_out_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
+    """One row of a table for each coefficient of each unit that stands out."""
+    for s in result.standing_out:
+        yield {
+            key: getattr(s, key) for key in ("unit", "lot", "channel", "symbol", "ratio", "deviations", "p")
+        }
+
+
+def lot_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
+    """One row of a table for each lot of each coefficient."""
+    for c in result.coefficients:
+        for lot in c.of_lots:
+            yield {
+                "channel": c.channel,
+                "symbol": c.symbol,
+                "lot": lot.lot,
+                "units": lot.units,
+                **_ends("ratio", lot.ratio),
+            }

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`allanite fleet report`: a population with known units that stand out, at every door."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from allanite.commands import measure
+from allanite.errors import InputError
+from allanite.stability.fleet import FleetPopulation
+from allanite.views.figures import sheet_of
+from allanite.views.registry import document_of
+from allanite.views.report import render_file
+from allanite.views.result_page import view_of
+from fleet_tables import MIDDLE, fleet_table
+from shell import Run
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("fleet")
+    pq.write_table(fleet_table(factors={"u03": 2.5}), folder / "fleet.parquet")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def population(fleet: Path) -> FleetPopulation:
+    result: FleetPopulation = measure("fleet report", fleet).result
+    return result
+
+
+def test_the_terminal_answers_first_in_units_that_people_use(
+    fleet: Path, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    out = tmp_path / "out"
+    done = run("fleet", "report", fleet, "--out", out)
+    assert done.code == 0, done.err
+    assert done.out.startswith("Units stand out. u03: 1 of 40 units;")
+    words = " ".join(done.out.split())
+    assert "gyro_x N [deg/√h]" in words and "gyro_x B [deg/h]" in words and "40 of 40" in words
+    assert "99 % of units" in words and "temperature 22.0 °C" in words
+    assert max(map(len, done.out.split("\nwrote")[0].splitlines())) <= 80
+    rows = {
+        name: [*csv.DictReader((out / name).open())]
+        for name in ("coefficients.csv", "standing_out.csv", "lots.csv")
+    }
+    assert [r["symbol"] for r in rows["coefficients.csv"]] == ["N", "B"]
+    assert float(rows["coefficients.csv"][0]["middle"]) == pytest.approx(MIDDLE, rel=0.15)
+    assert {r["unit"] for r in rows["standing_out.csv"]} == {"u03"}
+    assert all(float(r["ratio"]) == pytest.approx(2.5, rel=0.4) for r in rows["standing_out.csv"])
+    assert {(r["symbol"], r["lot"]) for r in rows["lots.csv"]} == {
+        (s, f"lot{i}") for s in "NB" for i in range(4)
+    }
+
+
+def test_the_document_is_read_again_and_makes_its_report(fleet: Path, run: Run, tmp_path: Path) -> None:
+    done = run("fleet", "report", fleet / "fleet.parquet", "--json")
+    data = json.loads(done.out)
+    assert data["format"] == "allanite-fleet" and data["verdict"] == "stand out"
+    document = document_of(data)
+    assert document.to_json() == data
+    (tmp_path / "population.json").write_text(done.out, encoding="utf-8")
+    page = render_file(tmp_path / "population.json", tmp_path / "again.html").read_text(encoding="utf-8")
+    assert "u03" in page
+
+
+def test_options_reach_the_statistics(fleet: Path) -> None:
+    result: FleetPopulation = measure(
+        "fleet report",
+        fleet,
+        no_lots=True,
+        content=0.9,
+        confidence=0.9,
+        conditions=[],
+        false_discovery_rate=0.01,
+    ).result
+    first = result.coefficients[0]
+    assert first.lots == 1 and first.content == 0.9 and not first.effects and not first.of_lots
+    assert (result.confidence, result.false_discovery_rate) == (0.9, 0.01)
+    with pytest.raises(InputError, match="no numeric column 'humidity'"):
+        measure("fleet report", fleet, conditions=["humidity"])
+
+
+def test_a_failed_log_is_a_loss(tmp_path: Path, run: Run) -> None:
+    table = fleet_table().to_pylist()
+    table.append({**dict.fromkeys(table[0]), "log": "broken.csv", "unit": "u99", "kind": None})
+    pq.write_table(pa.Table.from_pylist(table, schema=fleet_table().schema), tmp_path / "fleet.parquet")
+    done = run("fleet", "report", tmp_path)
+    assert done.code == 3 and "No unit stands out." in done.out
+
+
+def test_the_page_has_every_part_and_figures(population: FleetPopulation, fleet: Path) -> None:
+    page = view_of(measure("fleet report", fleet).document)
+    assert [s.id for s in page.sections] == ["verdict", "effects", "lots", "pictures", "method", "provenance"]
+    panels = sheet_of(population).panels
+    assert [p.title for p in panels] == ["gyro_x: population relative to its middle", "gyro_x, lot by lot"]
+    crosses = next(c for c in panels[0].curves if c.label == "unit that stands out")
+    assert len(crosses.x) == len(population.standing_out)
+    for panel in panels:
+        for curve in panel.curves:
+            assert math.isfinite(float(curve.y.max()))
+    with pytest.raises(InputError, match="no view 'none' of a fleet"):
+        sheet_of(population, view="none")
