@@ -105,6 +105,24 @@ def _north(order: Order) -> None:
     write_tables("north", "North and planning", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _fleet(order: Order) -> None:
+    from verification.fleet import run_discoveries, run_law, run_samples
+    from verification.tables import write_tables
+
+    parts = {
+        "Coverage of the 95 % intervals, logs by their law": run_law(
+            ROOT_SEED, _say, order.count(1200), order.workers, order.cache
+        ),
+        "Coverage of the 95 % intervals, logs from samples": run_samples(
+            ROOT_SEED, _say, order.count(500), order.workers, order.cache
+        ),
+        "Units that stand out, at a false discovery rate of 5 %": run_discoveries(
+            ROOT_SEED, _say, order.count(300), order.workers, order.cache
+        ),
+    }
+    write_tables("fleet", "Population of a fleet", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
 def _rate_vector(order: Order) -> None:
     from verification.rate_vector import run_rate_vector
     from verification.tables import write_tables
@@ -505,6 +523,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "earth": _earth,
     "north": _north,
     "rate-vector": _rate_vector,
+    "fleet": _fleet,
     "rate-table": _rate_table,
     "calibration": _calibration,
     "hand-held calibration": _hand_held,

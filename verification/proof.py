@@ -39,6 +39,7 @@ CLAIMS = {
     "wrong_models": "noise of no family: absent terms reported without a warning in at most 9 %, N covered",
     "earth_rate": "the Earth's rate: coverage of its intervals, faults detected",
     "north": "direction and plan, budget against simulation",
+    "fleet": "population of a fleet, and the units that stand out",
     "rate_vector": "length of the rate vector of a vehicle at rest",
     "rate_table": "scale factor, nonlinearity and misalignment on a rate table",
     "calibration": "calibration and alignment of a unit, every parameter",

@@ -15,7 +15,7 @@ from allanite.stability.fleet.evidence import Design, Scales, evidence
 from allanite.stability.fleet.levels import LEVELS
 from allanite.stability.fleet.posterior import posterior_of
 from allanite.stability.fleet.profile_table import ProfileTable
-from allanite.stability.fleet.standing_out import discoveries, simes
+from allanite.stability.fleet.standing_out import departures, discoveries, simes
 
 LEVEL = np.array(LEVELS)
 
@@ -189,6 +189,19 @@ def test_step_up_procedure_of_the_paper():
         0.7590,
     ]
     assert discoveries([*p, 1.0], 0.05).sum() == 4
+
+
+def test_a_bent_profile_far_off_is_as_far_as_its_best_value():
+    rng = np.random.default_rng(17)
+    y = 4.0 * np.exp(2 * 0.1 * rng.normal(size=40)) + rng.normal(size=40)
+    y[7] = 36.0  # three times the middle
+    d = design(of_squares(y))
+    posterior = posterior_of(d)
+    far = departures(d, posterior)
+    middle = math.exp(posterior.mode.location[0])
+    assert far.ratio[7] == pytest.approx(6.0 / middle, rel=0.05)
+    assert 2 < far.deviations[7] < 40
+    assert far.p[7] == far.p.min()
 
 
 def test_simes_of_one_is_itself_and_of_several_the_smallest_adjusted():

@@ -12,7 +12,7 @@ from allanite.fitting.families import FLICKER
 from allanite.noise import Estimate, NoiseModel
 from allanite.quantities.display_units import si_unit
 from allanite.stability.fleet.levels import levels_of
-from allanite.stability.record_comparison.evidence import evidence_of
+from allanite.stability.fleet.log_profiles import profiles_of
 from allanite.stability.record_comparison.profiles import Profile
 from allanite.stability.record_comparison.series import Record, record_of
 from allanite.study.results import ChannelStudy
@@ -93,7 +93,7 @@ def _of_term(model: NoiseModel, estimate: Estimate | None) -> Row:
 def _profiles(record: Record, channel: str, confidence: float) -> Mapping[str, Profile]:
     """What the record says of flicker's coefficients, so that all logs speak of the same ones."""
     try:
-        return evidence_of(record.series(channel), FLICKER, confidence).profiles
+        return profiles_of(record.series(channel), confidence)
     except (DataQualityError, FitError):  # the samples were fitted, where the curve has too few lags
         return {}
 

@@ -3,6 +3,7 @@
 
 ``population``     describe_fleet(table): what a user calls.
 ``rows``           the table as columns.
+``log_profiles``   what one log says of each coefficient.
 ``levels``         the profile of a coefficient as nine numbers, so that a row of a table holds it.
 ``profile_table``  the profiles of many logs as arrays, and what each says beside an expectation.
 ``evidence``       lots, units, repeats, conditions: how well given scales explain the logs.

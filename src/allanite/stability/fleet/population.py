@@ -24,7 +24,7 @@ from allanite.stability.fleet.results import (
     StandingOut,
 )
 from allanite.stability.fleet.rows import FleetRows, read_rows
-from allanite.stability.fleet.standing_out import Departures, departures, discoveries, simes
+from allanite.stability.fleet.standing_out import RESOLVED, Departures, departures, discoveries, simes
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -36,7 +36,6 @@ Progress = Callable[[float, str], None]
 
 #: Fewer units that resolve a coefficient say next to nothing of their kind.
 _FEWEST = 3
-_RESOLVED = 1.96  # root of the loss at zero
 _DRAWS = 4096
 _LARGEST = 700.0
 _UNITS_OF_MEASURE = {"temperature": "degC", "date": "year"}
@@ -69,7 +68,7 @@ class CoefficientRows:
         z = np.column_stack([np.ones(len(index)), *(v - v.mean() for v in varying)])
         profiles = ProfileTable.of(rows.knots[index], rows.root_at_zero[index])
         self.design = Design(profiles, z, unit, lot[first])
-        self.resolved = rows.root_at_zero[index] < -_RESOLVED
+        self.resolved = rows.root_at_zero[index] < -RESOLVED
 
     @property
     def enough(self) -> bool:

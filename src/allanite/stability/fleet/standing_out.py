@@ -3,7 +3,8 @@
 
 A unit lies d from what its lot and conditions let expect; its own uncertainty S, that of the expectation and the spread
 of the units make that z = d / sqrt(S + V + tau_unit^2). The probability of a larger |z| is averaged over all scales
-that the fleet allows. The spread is that of the narrow part: a unit of the wide part is what is looked for.
+that the fleet allows. The spread is that of the narrow part: a unit of the wide part is what is looked for. Where half
+of all |z| lie beyond 0.674, the wide part took too much of the narrow one, and z is scaled back.
 
 A unit's smallest probability, adjusted for its coefficients [1], goes into the step-up procedure for all units [2]; the
 coefficients of those that stand out are then told at the rate that is left [3].
@@ -27,11 +28,14 @@ from numpy.typing import NDArray
 from allanite.stability.fleet.evidence import Design, Factors, Scales
 from allanite.stability.fleet.posterior import Posterior
 
-__all__ = ["Departures", "departures", "discoveries", "simes"]
+__all__ = ["RESOLVED", "Departures", "departures", "discoveries", "simes"]
 
 Array = NDArray[np.float64]
 
+#: Root of the loss at zero from which on a log resolves a coefficient.
+RESOLVED = 1.96
 _DRAWS = 32
+_HALF = 0.674  # half of normal numbers lie within
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,16 +64,25 @@ def departures(design: Design, posterior: Posterior) -> Departures:
     order = np.argsort(-posterior.weight)
     chosen = order[:_DRAWS] if np.ptp(posterior.weight) > 0 else order[:1]
     weight = posterior.weight[chosen] / posterior.weight[chosen].sum()
-    factors = posterior.mode.factors
+    factors = _factors(design, posterior)
+    known = design.per_unit((design.profiles.root_at_zero < -RESOLVED).astype(float)) > 0
+    d, variance = _apart(design, factors, posterior, 0)
+    z = d / np.sqrt(variance)
+    scale = max(1.0, float(np.median(np.abs(z[known]))) / _HALF) if known.any() else 1.0
     p = np.zeros(design.units)
     for i, w in zip(chosen, weight, strict=True):
-        d, variance = _apart(design, factors, posterior, int(i))
-        p += w * 2 * ndtr(-np.abs(d) / np.sqrt(variance))
-    d, variance = _apart(design, factors, posterior, 0)
-    known = design.per_unit(np.isfinite(design.profiles.knots[:, 0]).astype(float)) > 0
-    return Departures(
-        np.where(known, np.exp(np.clip(d, -50.0, 50.0)), np.nan), d / np.sqrt(variance), np.clip(p, 0.0, 1.0)
-    )
+        d_of_draw, variance = _apart(design, factors, posterior, int(i))
+        p += w * 2 * ndtr(-np.abs(d_of_draw) / np.sqrt(variance) / scale)
+    ratio = np.where(known, np.exp(np.clip(d, -50.0, 50.0)), np.nan)
+    return Departures(ratio, z / scale, np.clip(p, 0.0, 1.0))
+
+
+def _factors(design: Design, posterior: Posterior) -> Factors:
+    """Of a log that resolves the coefficient, its best value: what it says beside an expectation far off is little."""
+    best, matched = Factors.near(design.profiles), posterior.mode.factors
+    resolved = design.profiles.root_at_zero < -RESOLVED
+    rows = ((getattr(best, name), getattr(matched, name)) for name in ("k", "h", "t"))
+    return Factors(*(np.where(resolved, a, b[:1]) for a, b in rows))
 
 
 def _apart(design: Design, factors: Factors, posterior: Posterior, draw: int) -> tuple[Array, Array]:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -54,12 +55,14 @@ class Evidence:
     present: frozenset[str]
 
 
-def evidence_of(series: FittedChannel, symbols: tuple[str, ...], confidence: float) -> Evidence:
-    """Profiles of the parameters of a sum of these terms."""
+def evidence_of(
+    series: FittedChannel, symbols: tuple[str, ...], confidence: float, *, traced: Sequence[str] | None = None
+) -> Evidence:
+    """Profiles of the parameters of a sum of these terms, or only of those `traced`."""
     family = Family(series.fit.data, symbols)
     best = series.best(symbols)
     tracer = _Tracer(series, family, best, confidence)
-    profiles = {("B_equiv" if s == "G" else s): tracer.coefficient(s) for s in symbols}
+    profiles = {("B_equiv" if s == "G" else s): tracer.coefficient(s) for s in traced or symbols}
     if "B_equiv" in profiles and profiles["B_equiv"].supported:
         profiles["T"] = tracer.time()
         profiles["q"] = tracer.drive()
