@@ -461,7 +461,8 @@ def test_the_command_says_what_it_did(tmp_path, run, monkeypatch):
     done = run(*options)
     assert done.code == 3, done.err
     assert done.out == (
-        "3 logs done\nfailed: logs/L0/u009_2026-10-09_0C.csv; the column error says why\nwrote fleet/fleet.parquet\n"
+        "3 logs done\n1 log failed; the column error says why:\n"
+        "  logs/L0/u009_2026-10-09_0C.csv: FormatError: u009_2026-10-09_0C.csv is empty\nwrote fleet/fleet.parquet\n"
     )
     (tmp_path / "logs" / "L0" / "u009_2026-10-09_0C.csv").unlink()
     again = run(*options, "--json")

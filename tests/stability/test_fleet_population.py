@@ -290,6 +290,8 @@ def test_refusals():
         describe_fleet(t, conditions=["humidity"])
     with pytest.raises(InputError, match="resolved by 3 units"):
         describe_fleet(table(np.random.default_rng(1), 2))
+    with pytest.raises(InputError, match="resolved by 3 units"):
+        describe_fleet(t.slice(0, 0))
     with pytest.raises(InputError, match="lacks the columns profile"):
         describe_fleet(t.drop_columns(["profile"]))
     with pytest.raises(InputError, match="content must lie between 0 and 1"):

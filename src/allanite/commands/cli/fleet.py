@@ -153,8 +153,11 @@ def _shown(done: FleetRun, *, as_json: bool) -> int:
         kept = f", {plural(done.kept, 'log')} unchanged" if done.kept else ""
         click.echo(f"{plural(done.done, 'log')} done{kept}")
         if done.failed:
-            more = f", and {len(done.failed) - _SHOWN} more" if len(done.failed) > _SHOWN else ""
-            click.echo(f"failed: {', '.join(done.failed[:_SHOWN])}{more}; the column error says why")
+            click.echo(f"{plural(len(done.failed), 'log')} failed; the column error says why:")
+            for name, error in done.errors(_SHOWN).items():
+                click.echo(f"  {name}: {error}")
+            if len(done.failed) > _SHOWN:
+                click.echo(f"  and {len(done.failed) - _SHOWN} more")
         click.echo(f"wrote {done.path}")
     return LOSS if done.failed else 0
 

@@ -72,6 +72,15 @@ class FleetRun:
 
         return pq.read_table(regular(self.path))
 
+    def errors(self, most: int) -> dict[str, str]:
+        """Of the first logs that failed: the first line of why."""
+        import pyarrow.parquet as pq
+
+        names = self.failed[:most]
+        rows = pq.read_table(regular(self.path), columns=["log", "error"], filters=[("log", "in", names)])
+        errors = dict(zip(rows["log"].to_pylist(), rows["error"].to_pylist(), strict=True))
+        return {name: str(errors.get(name)).partition("\n")[0] for name in names}
+
     def study(self, log: str) -> Study:
         """The whole study of a log: the one that was kept, or made again from the log.
 

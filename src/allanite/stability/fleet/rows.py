@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.stability.fleet.levels import LEVELS
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -94,7 +95,9 @@ def read_rows(source: str | Path | pa.Table) -> FleetRows:
     texts = {
         name: _texts(kept[name]) for name in ("log", "unit", "channel", "kind", "term", "unit_of_measure")
     }
-    knots = np.asarray(pc.list_flatten(kept["profile"]).to_numpy(), dtype=np.float64).reshape(len(kept), -1)
+    knots = np.asarray(pc.list_flatten(kept["profile"]).to_numpy(), dtype=np.float64).reshape(
+        len(kept), len(LEVELS)
+    )
     return FleetRows(
         log=texts["log"],
         unit=texts["unit"],
