@@ -109,3 +109,25 @@ def test_the_page_has_every_part_and_figures(population: FleetPopulation, fleet:
             assert math.isfinite(float(curve.y.max()))
     with pytest.raises(InputError, match="no view 'none' of a fleet"):
         sheet_of(population, view="none")
+
+
+def test_a_data_sheet_is_a_limit_of_the_units(
+    fleet: Path, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    sheet, out = tmp_path / "sheet.yaml", tmp_path / "out"
+    sheet.write_text("gyro: {angle_random_walk: 2 deg/√h}", encoding="utf-8")
+    done = run("fleet", "report", fleet, "--sheet", sheet, "--out", out)
+    assert done.code == 0, done.err
+    words = " ".join(done.out.split())
+    assert "The fleet meets its limits." in words and "at most 1 % of units lie above the limit" in words
+    assert max(map(len, done.out.split("\nwrote")[0].splitlines())) <= 80
+    rows = [*csv.DictReader((out / "coefficients.csv").open(encoding="utf-8"))]
+    assert [r["capability"] for r in rows] == ["meets", ""]
+    assert float(rows[0]["limit"]) == pytest.approx(math.radians(2) / 60, rel=1e-9)
+    assert "Units above it" in (out / "report.html").read_text(encoding="utf-8")
+    sheet.write_text("accelerometer: {velocity_random_walk: 0.02 m/s/√h}", encoding="utf-8")
+    with pytest.raises(
+        InputError, match="no value for a coefficient of the fleet; those are B of gyro_x, N of"
+    ):
+        measure("fleet report", fleet, sheet=sheet)

@@ -9,7 +9,9 @@ from collections.abc import Iterator
 from allanite.quantities.display_units import coefficient_unit
 from allanite.quantities.number_words import number, probability, upper_limit
 from allanite.quantities.quantity import Quantity
+from allanite.quantities.verdict import Tone
 from allanite.stability.fleet.results import (
+    Capability,
     CoefficientPopulation,
     CovariateEffect,
     FleetPopulation,
@@ -18,13 +20,15 @@ from allanite.stability.fleet.results import (
 )
 from allanite.stability.fleet.words import counted
 from allanite.study.result_document import ResultDocument
-from allanite.views.blocks import Page, PageBlock, References, Text, pairs, table
+from allanite.views.blocks import Cell, Page, PageBlock, References, Text, pairs, table
 from allanite.views.result_page import pictures, result_page, verdict_banner
 
 __all__ = ["coefficient_rows", "lot_rows", "standing_out_rows", "view"]
 
 #: A spread of the logarithm beyond this is shown as a factor.
 _FACTOR = 0.3
+_LEAST_SHARE = 1e-4
+_LOOKS = {Tone.GOOD: "good", Tone.FATAL: "fatal"}
 #: Units that stand out which a page lists; the table beside it has all of them.
 _MOST = 20
 
@@ -47,12 +51,18 @@ _DISCOVERIES = (
     "adjusted for their number [4]; units are then chosen by the step-up procedure [5], so that the stated share of "
     "them is expected to be false."
 )
+_LIMITS = (
+    "A coefficient meets its limit where the whole interval of the share of units above it lies below the allowed "
+    "share, and does not meet it where the interval lies above. The index is the distance of the limit from the median "
+    "over that of the 99.865 % quantile from it, of the logarithm [6]."
+)
 _REFERENCES = (
     "A. Gelman, “Prior distributions for variance parameters in hierarchical models”, Bayesian Anal. 1 (2006) 515.",
     "T. Minka, “Expectation propagation for approximate Bayesian inference”, UAI 17 (2001) 362.",
     "ISO 16269-6:2014, “Statistical interpretation of data — Determination of statistical tolerance intervals”.",
     "R. Simes, “An improved Bonferroni procedure for multiple tests of significance”, Biometrika 73 (1986) 751.",
     "Y. Benjamini, Y. Hochberg, “Controlling the false discovery rate”, J. R. Stat. Soc. B 57 (1995) 289.",
+    "ISO 22514-2:2017, “Process capability and performance of time-dependent process models”.",
 )
 
 
@@ -81,6 +91,7 @@ def view(document: ResultDocument[FleetPopulation]) -> Page:
 
 def _verdict(result: FleetPopulation) -> Iterator[PageBlock]:
     yield verdict_banner(result.verdict, result.reason, result.names_standing_out)
+    yield from _capability(result)
     yield from table(
         ("Unit", "Lot", "Coefficient", "Ratio", "Deviations", "Chance"),
         [_outlying(s) for s in result.standing_out[:_MOST]],
@@ -106,6 +117,40 @@ def _verdict(result: FleetPopulation) -> Iterator[PageBlock]:
 def _outlying(s: StandingOut) -> tuple[str, ...]:
     ratio = "–" if math.isnan(s.ratio) else f"× {number(s.ratio)}"
     return s.unit, s.lot or "–", f"{s.symbol} of {s.channel}", ratio, f"{s.deviations:+.1f}", probability(s.p)
+
+
+def _capability(result: FleetPopulation) -> Iterator[PageBlock]:
+    if result.capability_verdict is None:
+        return
+    names = [f"{c.symbol} of {c.channel}" for c in result.coefficients]
+    yield verdict_banner(result.capability_verdict, result.capability_reason, names)
+    yield from table(
+        ("Coefficient", "Limit", "Units above it", "Index", "Verdict"),
+        [_beside_limit(c, c.capability) for c in result.coefficients if c.capability],
+        caption=(
+            "Beside the limits: the share of all units above the limit, and the capability index (Cpk) of the "
+            f"logarithm, with {100 * result.confidence:g} % intervals."
+        ),
+    )
+
+
+def _beside_limit(c: CoefficientPopulation, beside: Capability) -> tuple[str | Cell, ...]:
+    unit, factor = coefficient_unit(c.kind, c.symbol, c.middle.unit)
+    return (
+        f"{c.channel} {c.symbol} [{unit}]",
+        number(beside.limit / factor, 4),
+        _share(beside.share),
+        beside.index.shown(),
+        Cell(text=beside.verdict.value, look=_LOOKS.get(beside.verdict.tone, "")),
+    )
+
+
+def _share(share: Quantity) -> str:
+    """In percent; ends below a hundredth of a percent are those of a model, not of units."""
+    value, low, high = (
+        f"{number(100 * e, 2)}" if e >= _LEAST_SHARE else "0" for e in (share.value, share.lower, share.upper)
+    )
+    return f"{value} [{low}, {high}] %" if high != "0" else f"< {100 * _LEAST_SHARE:g} %"
 
 
 def _bound_head(result: FleetPopulation) -> str:
@@ -191,13 +236,23 @@ def _method(result: FleetPopulation) -> list[PageBlock]:
         for c in result.coefficients
         if c.wide_share is not None
     ]
+    limited = result.capability_verdict is not None
     rows = [
         ("Intervals", f"{100 * result.confidence:g} %; “<” is an upper limit"),
         ("Bound", f"{_bound_head(result)} lie below it with {100 * result.confidence:g} % confidence"),
         ("False discoveries", f"{100 * result.false_discovery_rate:g} % of the units that stand out"),
+        (
+            "Allowed share",
+            f"{100 * (1 - result.coefficients[0].content):.4g} % of units above a limit" if limited else "",
+        ),
         ("Logs that failed", counted(result.failed, "log") if result.failed else ""),
     ]
-    return [Text(_METHOD), Text(_DISCOVERIES), pairs([*rows, *wide], brief=False), References(_REFERENCES)]
+    texts = [Text(_METHOD), Text(_DISCOVERIES), *([Text(_LIMITS)] if limited else [])]
+    return [
+        *texts,
+        pairs([*rows, *wide], brief=False),
+        References(_REFERENCES if limited else _REFERENCES[:5]),
+    ]
 
 
 # -- tables -----------------------------------------------------------------------------------------------
@@ -228,6 +283,10 @@ def coefficient_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
             "content": c.content,
             "tolerance_lower": c.tolerance[0],
             "tolerance_upper": c.tolerance[1],
+            "limit": c.capability.limit if c.capability else "",
+            **_ends("share_above_limit", c.capability.share if c.capability else None),
+            **_ends("capability_index", c.capability.index if c.capability else None),
+            "capability": c.capability.verdict.value if c.capability else "",
         }
 
 

@@ -12,5 +12,6 @@
 `table`        the columns; rows -> fleet.parquet
 `folder`       what is done and what is not, kept through a loss of power
 `watching`     new logs as they come
+`sheet_limits` the values of a data sheet, as limits
 `report`       the declaration of fleet report: population, units that stand out; `chart`, `check`: those of the others
 """

@@ -6,12 +6,13 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.declaration import Command
+from allanite.commands.fleet.sheet_limits import ROLES, Key, sheet_limits
 from allanite.commands.option import ACCEPT, option
 from allanite.errors import InputError
 
@@ -56,10 +57,8 @@ _CODES = {"pass": 0, "fail": 10, "cannot tell": 11}
 _LIMIT = re.compile(
     r"(?:(?P<channel>.+):)?(?P<symbol>[QNBKR])\s*=\s*(?P<value>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>.*)"
 )
-_ROLES = {"rate": "gyro", "acceleration": "accelerometer"}
 
 Place = str | os.PathLike[str]
-Key = tuple[str, str]
 
 
 def checked_log(
@@ -126,7 +125,8 @@ def _limits(
             raise InputError(f"{against}: the fleet has the channels {there}, and the log {', '.join(names)}")
         values |= {key: (bound, LimitSource.POPULATION) for key, bound in of_log.items()}
     if sheet is not None:
-        values |= {key: (value, LimitSource.DATASHEET) for key, value in _of_sheet(channels, sheet)}
+        kinds = {c.name: c.kind for c in channels}
+        values |= {key: (value, LimitSource.DATASHEET) for key, value in sheet_limits(sheet, kinds)}
     for text in given:
         values |= {key: (value, LimitSource.GIVEN) for key, value in _given(channels, text)}
     order = {c.name: i for i, c in enumerate(channels)}
@@ -162,17 +162,6 @@ def _read(path: Path) -> tuple[FleetPopulation, str | None]:
     return document.result, None if document.provenance is None else document.provenance.sha256
 
 
-def _of_sheet(channels: Sequence[Channel], sheet: Place) -> Iterator[tuple[Key, float]]:
-    from allanite.study.datasheet import read_datasheet
-
-    sections = read_datasheet(sheet).sections
-    for channel in channels:
-        section = sections.get(channel.name, sections.get(_ROLES.get(channel.kind.rate.value, "")))
-        for entry in section.entries if section else ():
-            if entry.symbol in "QNBKR":
-                yield (channel.name, entry.symbol), entry.value
-
-
 def _given(channels: Sequence[Channel], text: str) -> list[tuple[Key, float]]:
     """A limit as it was written, of each channel that it is for."""
     from allanite.quantities.display_units import display_unit
@@ -189,7 +178,7 @@ def _given(channels: Sequence[Channel], text: str) -> list[tuple[Key, float]]:
     def fits(channel: Channel) -> bool:
         shown = display_unit(channel.kind.value, symbol, channel.unit)[0]
         return shown == match["unit"] or (
-            channel.kind.rate.value in _ROLES and parse_unit(shown).quantity is unit.quantity
+            channel.kind.rate.value in ROLES and parse_unit(shown).quantity is unit.quantity
         )
 
     for_them = [c for c in channels if match["channel"] in (None, c.name) and fits(c)]

@@ -24,7 +24,8 @@ FLEET_REPORT = Command(
     details=(
         "FLEET is a folder that `allanite fleet run` wrote, or its fleet.parquet. Every log takes part with its "
         "likelihood, an upper limit included. The report gives middle and spread of each coefficient, the next unit, "
-        "a tolerance bound, and the effects of temperature, date and lot."
+        "a tolerance bound, and the effects of temperature, date and lot. With --sheet, also the share of units beyond "
+        "the values of a data sheet."
     ),
     example="allanite fleet report fleet --out population",
     takes="fleet",
@@ -35,6 +36,9 @@ FLEET_REPORT = Command(
             python="false_discovery_rate", default=0.05,
         ),
         option("share", "--content", "Share of the units below the tolerance bound.", default=0.99),
+        option(
+            "file", "--sheet", "Data sheet (YAML) whose values --content of the units must keep.", on_page=False
+        ),
         option(
             "names", "--condition", "Numeric columns whose effect is estimated: temperature,date.",
             python="conditions", otherwise="those of temperature and date that every log has", metavar="NAMES",
@@ -60,6 +64,7 @@ def population_of_fleet(
     content: float = 0.99,
     conditions: Sequence[str] | None = None,
     no_lots: bool = False,
+    sheet: str | os.PathLike[str] | None = None,
     command: str | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> MeasurementResult:
@@ -68,8 +73,9 @@ def population_of_fleet(
     Raises
     ------
     InputError
-        What `describe_fleet` refuses.
+        What `describe_fleet` refuses, and a sheet without a value for a coefficient of the fleet.
     """
+    from allanite.commands.fleet.sheet_limits import limits_of_fleet
     from allanite.commands.measurement import measured_result
     from allanite.stability.fleet import describe_fleet
 
@@ -80,6 +86,7 @@ def population_of_fleet(
         content=content,
         conditions=conditions,
         by_lot=not no_lots,
+        limits=None if sheet is None else limits_of_fleet(sheet, fleet),
         progress=progress,
     )
     return measured_result(

@@ -8,6 +8,7 @@
 ``profile_table``  the profiles of many logs as arrays, and what each says beside an expectation.
 ``evidence``       lots, units, repeats, conditions: how well given scales explain the logs.
 ``posterior``      all scales that the logs allow, with their weights.
+``draws``          equally likely populations; ``capability``: the share of their units beyond a limit.
 ``standing_out``   units that do not belong to the population, at a stated rate of false discoveries.
 ``results``        FleetPopulation and its parts; ``verdict`` what it may come to, ``words`` says it in a sentence.
 ``charts``         the control chart of a coefficient, in ``chart_words``; ``control_rules``: when it signals.
@@ -16,15 +17,18 @@
 
 from allanite.stability.fleet.population import describe_fleet
 from allanite.stability.fleet.results import (
+    Capability,
     CoefficientPopulation,
     CovariateEffect,
     FleetPopulation,
     LotRatio,
     StandingOut,
 )
-from allanite.stability.fleet.verdict import FleetVerdict
+from allanite.stability.fleet.verdict import CapabilityVerdict, FleetVerdict
 
 __all__ = [
+    "Capability",
+    "CapabilityVerdict",
     "CoefficientPopulation",
     "CovariateEffect",
     "FleetPopulation",

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.quantities.quantity import Quantity, QuantityStatus
-from allanite.stability.fleet.evidence import WIDE, Design
+from allanite.stability.fleet.capability import capability_of
+from allanite.stability.fleet.draws import Draws
+from allanite.stability.fleet.evidence import Design
 from allanite.stability.fleet.posterior import Posterior, posterior_of
 from allanite.stability.fleet.profile_table import ProfileTable
 from allanite.stability.fleet.results import (
@@ -36,7 +38,6 @@ Progress = Callable[[float, str], None]
 
 #: Fewer units that resolve a coefficient say next to nothing of their kind.
 _FEWEST = 3
-_DRAWS = 4096
 _LARGEST = 700.0
 _UNITS_OF_MEASURE = {"temperature": "degC", "date": "year"}
 _LEAST_SPAN = {"date": 30 / 365.25}
@@ -91,6 +92,7 @@ def describe_fleet(
     content: float = 0.99,
     conditions: Sequence[str] | None = None,
     by_lot: bool = True,
+    limits: Mapping[tuple[str, str], float] | None = None,
     progress: Progress | None = None,
 ) -> FleetPopulation:
     """What is the population of a fleet, and which units stand out?
@@ -113,6 +115,8 @@ def describe_fleet(
         where all logs have them; a date where they span 30 days.
     by_lot : bool
         Tell the lots apart.
+    limits : mapping of (str, str) to float, optional
+        Upper limits [SI] by channel and symbol: at most the share 1 - `content` of all units may lie above.
     progress : callable, optional
         Called with the fraction done and what is being done.
 
@@ -128,6 +132,10 @@ def describe_fleet(
     ):
         if not 0 < share < 1:
             raise InputError(f"{name} must lie between 0 and 1, not {share!r}")
+    bounds = limits or {}
+    for (channel, symbol), limit in bounds.items():
+        if not 0 < limit < math.inf:
+            raise InputError(f"the limit of {symbol} of {channel} must be a positive number, not {limit!r}")
     rows = read_rows(table)
     chosen = _chosen(rows, conditions)
     pairs = [
@@ -153,7 +161,9 @@ def describe_fleet(
         logs=rows.logs,
         failed=rows.failed,
         units=units,
-        coefficients=tuple(population_of(c, p, confidence, content) for c, p, _ in every),
+        coefficients=tuple(
+            population_of(c, p, confidence, content, bounds.get((c.channel, c.symbol))) for c, p, _ in every
+        ),
         left_out=tuple(left_out),
         standing_out=_standing_out([(c, d) for c, _, d in every], false_discovery_rate),
         false_discovery_rate=false_discovery_rate,
@@ -180,55 +190,15 @@ def _serves(values: Array, span: float) -> bool:
 # -- one coefficient --------------------------------------------------------------------------------------
 
 
-class _Draws:
-    """Equally likely draws of all that a fleet leaves open."""
-
-    def __init__(self, posterior: Posterior) -> None:
-        rng = np.random.default_rng(952)
-        edges = np.cumsum(posterior.weight) / posterior.weight.sum()
-        self.index = np.searchsorted(edges, (np.arange(_DRAWS) + 0.5) / _DRAWS).clip(0, len(edges) - 1)
-        self.rng, self.posterior = rng, posterior
-        z = rng.standard_normal((_DRAWS, posterior.location.shape[1]))
-        self.location = posterior.location[self.index] + np.einsum(
-            "npq,nq->np", posterior.root[self.index], z
-        )
-
-    def scale(self, level: str) -> Array:
-        """Of a level, or the share of the wide part."""
-        values: Array = np.asarray([getattr(s, level) for s in self.posterior.scales], dtype=np.float64)
-        return np.asarray(values[self.index])
-
-    def lots(self) -> Array:
-        """l, shape (n_draws, n_lots)."""
-        few = self.index[:: max(1, self.posterior.lots.shape[1] // 16)]
-        noise = self.rng.standard_normal((len(few), self.posterior.lots.shape[1]))
-        return np.asarray(self.posterior.lots[few] + self.posterior.lot_sd[few] * noise)
-
-    def next_unit(self) -> Array:
-        """x of a unit yet to come, from a lot yet to come."""
-        wide = self.rng.random(_DRAWS) < self.scale("wide")
-        unit = self.scale("unit") * np.where(wide, WIDE, 1.0) * self.rng.standard_normal(_DRAWS)
-        return np.asarray(self.location[:, 0] + self.scale("lot") * self.rng.standard_normal(_DRAWS) + unit)
-
-    def quantile_of_units(self, share: float) -> Array:
-        """x below which this share of all units lies, of each draw, by bisection."""
-        from scipy.special import ndtr
-
-        lot, unit, wide = (self.scale(name) for name in ("lot", "unit", "wide"))
-        narrow, broad = np.hypot(lot, unit), np.hypot(lot, WIDE * unit)
-        low, high = -40.0 * np.ones(_DRAWS), 40.0 * np.ones(_DRAWS)
-        for _ in range(50):
-            z = 0.5 * (low + high)
-            below = (1 - wide) * ndtr(z) + wide * ndtr(z * narrow / np.maximum(broad, 1e-300)) < share
-            low, high = np.where(below, z, low), np.where(below, high, z)
-        return np.asarray(self.location[:, 0] + narrow * 0.5 * (low + high))
-
-
 def population_of(
-    coefficient: CoefficientRows, posterior: Posterior, confidence: float, content: float
+    coefficient: CoefficientRows,
+    posterior: Posterior,
+    confidence: float,
+    content: float,
+    limit: float | None = None,
 ) -> CoefficientPopulation:
-    """What a posterior says of one coefficient."""
-    draws, rows, design = _Draws(posterior), coefficient.rows, coefficient.design
+    """What a posterior says of one coefficient, and of the limit that it has."""
+    draws, rows, design = Draws(posterior), coefficient.rows, coefficient.design
     one = coefficient.index[0]
     unit_of_measure = str(rows.unit_of_measure[one])
     tails = [0.5 - confidence / 2, 0.5 + confidence / 2]
@@ -280,6 +250,7 @@ def population_of(
         tolerance=(_exp(bounds[0]), _exp(bounds[1])),
         effects=tuple(effects),
         of_lots=tuple(_of_lots(coefficient, draws, between)),
+        capability=None if limit is None else capability_of(draws, limit, confidence, content),
     )
 
 
@@ -293,7 +264,7 @@ def _exp(x: float) -> float:
 
 
 def _of_lots(
-    coefficient: CoefficientRows, draws: _Draws, between: Callable[[Array], tuple[float, float]]
+    coefficient: CoefficientRows, draws: Draws, between: Callable[[Array], tuple[float, float]]
 ) -> list[LotRatio]:
     design = coefficient.design
     if design.lots < 2:

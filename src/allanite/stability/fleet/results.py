@@ -8,10 +8,17 @@ from typing import ClassVar
 
 from allanite.quantities.quantity import Quantity
 from allanite.quantities.result import Result
-from allanite.stability.fleet.verdict import FleetVerdict
-from allanite.stability.fleet.words import none_sentence, stand_out_sentence
+from allanite.stability.fleet.verdict import CapabilityVerdict, FleetVerdict
+from allanite.stability.fleet.words import capability_sentence, none_sentence, stand_out_sentence
 
-__all__ = ["CoefficientPopulation", "CovariateEffect", "FleetPopulation", "LotRatio", "StandingOut"]
+__all__ = [
+    "Capability",
+    "CoefficientPopulation",
+    "CovariateEffect",
+    "FleetPopulation",
+    "LotRatio",
+    "StandingOut",
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,6 +63,40 @@ class LotRatio(Result):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Capability(Result):
+    """A coefficient of all units beside its upper limit.
+
+    Attributes
+    ----------
+    limit : float [SI]
+        Largest value that a unit may have.
+    allowed : float
+        Share of the units that may lie above the limit.
+    share : Quantity
+        Of all units, new lots included, that lies above the limit (unit "1").
+    index : Quantity
+        Distance of the limit from the median over that of the 99.865 % quantile from it, of the natural logarithm
+        (unit "1"): 1 where 0.135 % of the units lie above the limit, negative where more than half do.
+    """
+
+    STATED: ClassVar[tuple[str, ...]] = ("verdict",)
+
+    limit: float
+    allowed: float
+    share: Quantity
+    index: Quantity
+
+    @property
+    def verdict(self) -> CapabilityVerdict:
+        """The interval of the share lies below the allowed share, above it, or on both sides."""
+        if self.share.upper <= self.allowed:
+            return CapabilityVerdict.MEETS
+        if self.share.lower > self.allowed:
+            return CapabilityVerdict.DOES_NOT_MEET
+        return CapabilityVerdict.CANNOT_TELL
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CoefficientPopulation(Result):
     """One coefficient of one channel in all units.
 
@@ -92,6 +133,8 @@ class CoefficientPopulation(Result):
         Of the conditions.
     of_lots : tuple of LotRatio
         In the order of their names.
+    capability : Capability or None
+        Beside an upper limit, where it has one.
     """
 
     channel: str
@@ -111,6 +154,7 @@ class CoefficientPopulation(Result):
     tolerance: tuple[float, float]
     effects: tuple[CovariateEffect, ...]
     of_lots: tuple[LotRatio, ...]
+    capability: Capability | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -190,3 +234,21 @@ class FleetPopulation(Result):
     def names_standing_out(self) -> tuple[str, ...]:
         """Of the units."""
         return tuple(dict.fromkeys(s.unit for s in self.standing_out))
+
+    @property
+    def capability_verdict(self) -> CapabilityVerdict | None:
+        """The worst of all coefficients that have a limit; None where none has."""
+        verdicts = {c.capability.verdict for c in self.coefficients if c.capability}
+        return next((v for v in CapabilityVerdict if v in verdicts), None)
+
+    @property
+    def capability_reason(self) -> str:
+        """Which coefficients decide it, in a sentence."""
+        worst = self.capability_verdict
+        limited = [c for c in self.coefficients if c.capability]
+        if worst is None or not limited[0].capability:
+            return ""
+        names = [
+            f"{c.symbol} of {c.channel}" for c in limited if c.capability and c.capability.verdict is worst
+        ]
+        return capability_sentence(worst.value, names, limited[0].capability.allowed, self.confidence)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-__all__ = ["counted", "none_sentence", "stand_out_sentence"]
+__all__ = ["capability_sentence", "counted", "none_sentence", "stand_out_sentence"]
 
 _MOST = 5  # units that a sentence names
 
@@ -37,3 +37,21 @@ def none_sentence(units: int, coefficients: int, rate: float) -> str:
     """
     looked_at = f"{counted(units, 'unit')} in {counted(coefficients, 'coefficient')}"
     return f"{looked_at}, at a false discovery rate of {100 * rate:g} %"
+
+
+def capability_sentence(verdict: str, names: Sequence[str], allowed: float, confidence: float) -> str:
+    """Which coefficients decide a capability, by the interval of their share beyond the limit.
+
+    >>> capability_sentence("meets", ["N of x", "B of x"], 0.01, 0.95)
+    'N of x, B of x: at most 1 % of units lie above the limit, with 95 % confidence'
+    >>> capability_sentence("does not meet", ["N of x"], 0.01, 0.95)
+    'N of x: more than 1 % of units lie above the limit, with 95 % confidence'
+    >>> capability_sentence("cannot tell", ["N of x"], 0.01, 0.95)
+    'N of x: the 95 % interval of the share of units above the limit includes 1 %'
+    """
+    listed = ", ".join(names[:_MOST]) + (", …" if len(names) > _MOST else "")
+    share, sure = f"{100 * allowed:.4g} %", f"{100 * confidence:.4g} %"
+    if verdict == "cannot tell":
+        return f"{listed}: the {sure} interval of the share of units above the limit includes {share}"
+    least = "at most" if verdict == "meets" else "more than"
+    return f"{listed}: {least} {share} of units lie above the limit, with {sure} confidence"
