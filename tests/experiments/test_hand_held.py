@@ -15,13 +15,14 @@ import pytest
 from scipy.stats import binom, chi2
 
 from allanite.errors import DataQualityError
-from allanite.experiments.calibration import adjustment, calibrate, estimation
+from allanite.experiments.calibration import adjustment, calibrate, calibrate_means, estimation
 from allanite.experiments.calibration.adjustment import solution
 from allanite.experiments.calibration.adjustment.interval_noise import model_beside_motion
 from allanite.experiments.calibration.adjustment.scatter import Contrasts, Sizes, _upper_sizes
 from allanite.experiments.calibration.adjustment.turning import TurningSamples
+from allanite.experiments.calibration.results import CalibrationEstimate
 from allanite.experiments.calibration.verdict import ParameterNeed
-from allanite.experiments.static_spans import StaticSpans, find_held_spans, find_rests
+from allanite.experiments.static_spans import PositionMeans, StaticSpans, find_held_spans, find_rests
 from allanite.noise import White
 from allanite.recording.calibration import GYRO, errors_of
 from allanite.recording.records import Recording
@@ -34,6 +35,8 @@ from verification.hand_held_calibration import repeats  # noqa: E402
 PLACE: dict[str, Any] = {"latitude": LATITUDE, "gravity": G}
 #: Short records: a dozen rests of 2 to 3.5 s.
 SHORT = Hand(rests=(12, 12), length=(2.0, 3.5), drops=2)
+#: Ten rests, of some of which lost samples take the turns away.
+TEN = replace(SHORT, rests=(10, 10), length=(2.0, 3.0))
 #: The same put down: nothing moves between the turns.
 DOWN = replace(SHORT, wander=0.0, tremor=0.0, sway=0.0, shake=0.0, unsteady=0.0, length=(3.0, 4.0))
 
@@ -219,8 +222,8 @@ def test_few_rests_give_intervals_that_are_numbers_and_hold() -> None:
     """
     limits = dict(zip(NAMES, 1.96 * adjustment.plausible_of(NAMES), strict=True))
     hits = count = hardly = 0
-    for seed in range(1, 6):
-        made = held_record(seed, replace(SHORT, rests=(10, 10), length=(2.0, 3.0)))
+    for seed in range(1, 7):
+        made = held_record(seed, TEN)
         found = calibrate(made.recording, **PLACE)
         for p in found.parameters:
             half = (p.interval[1] - p.interval[0]) / 2
@@ -247,6 +250,78 @@ def test_upper_limit_of_a_scatter_is_where_the_likelihood_has_fallen() -> None:
         begin, end = 1 + size**2, 1 + limit**2
         fall = 0.5 * (c * math.log(end / begin) + float(seen @ seen) * (1 / end - 1 / begin))
         assert fall == pytest.approx(chi2.ppf(0.9, 1) / 2, rel=5e-3)
+
+
+# -- rounding ---------------------------------------------------------------------------------------------------
+
+#: Ten short records, some of which lack turns, so that headings depend on each other; and ordinary ones.
+DISTURBED = [
+    *((TEN, seed) for seed in range(1, 11)),
+    (replace(SHORT, rests=(7, 7), avoided=((0.0, 0.0, 1.0),)), 2),
+    (SHORT, 1),
+    (Hand(), 1),
+    (DOWN, 1),
+    (DOWN, 2),
+]
+
+
+def disturbed(record: Recording, seed: int) -> Recording:
+    """Every sample times one and some 1e-14."""
+    rng = np.random.default_rng(seed)
+    samples = (np.array(record.values(c.name)) for c in record.channels)
+    return replace(
+        record,
+        columns=tuple(ArrayColumn(v * (1 + 1e-14 * rng.standard_normal(len(v)))) for v in samples),
+    )
+
+
+def table_of(record: Recording, rests: np.ndarray) -> PositionMeans:
+    """The means over the rests, without the turns."""
+    means = (
+        np.array([np.nanmean(record.values(c.name)[a:b]) for a, b in rests.tolist()]) for c in record.channels
+    )
+    return PositionMeans(rows=replace(record, columns=tuple(ArrayColumn(v) for v in means)))
+
+
+def assert_same(before: CalibrationEstimate, after: CalibrationEstimate) -> None:
+    """Verdict, what is determined, and every number to 1e-6 of the width of its interval."""
+    assert after.verdict == before.verdict and after.reason == before.reason
+    assert [p.status for p in after.parameters] == [p.status for p in before.parameters]
+    for p, q in zip(before.parameters, after.parameters, strict=True):
+        numbers = np.array([[x.value, x.sd, *x.interval] for x in (p, q)])
+        assert np.abs(np.diff(numbers, axis=0)).max() < 1e-6 * (p.interval[1] - p.interval[0]), p.name
+
+
+@pytest.mark.parametrize(("hand", "seed"), DISTURBED)
+def test_rounding_decides_nothing(hand: Hand, seed: int) -> None:
+    record = held_record(seed, hand).recording
+    assert_same(calibrate(record, **PLACE), calibrate(disturbed(record, seed), **PLACE))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_rounding_decides_nothing_of_a_table(seed: int) -> None:
+    """No turn links the positions: no heading but the first means anything."""
+    made = held_record(seed, DOWN)
+    before, after = (
+        calibrate_means(table_of(record, made.rests), **PLACE)
+        for record in (made.recording, disturbed(made.recording, seed))
+    )
+    assert_same(before, after)
+
+
+def test_columns_that_depend_on_each_other_take_no_contrast_away() -> None:
+    """Contrasts are those of the independent columns alone, in whatever basis."""
+    rng = np.random.default_rng(4)
+    columns, noise, residual = (
+        rng.standard_normal((9, 4)),
+        np.diag(rng.uniform(1, 4, 9)),
+        rng.standard_normal(9),
+    )
+    several = np.column_stack([columns, columns @ rng.standard_normal((4, 2)), np.zeros(9)])
+    alone, together = (Contrasts.of(noise, residual, table) for table in (columns, several))
+    assert together.basis.shape == (5, 9)
+    np.testing.assert_allclose(together.basis.T @ together.basis, alone.basis.T @ alone.basis, atol=1e-13)
+    np.testing.assert_allclose(together.basis @ several, 0, atol=1e-13)
 
 
 @pytest.mark.parametrize("avoided", [(0.0, 0.0, 1.0), (-1.0, 1.0, 0.0), (1.0, 1.0, 1.0)])

@@ -4,7 +4,9 @@
 Alone they know gravity by its length; together with the gyros also by its direction, which the turns carry from one
 rest to the next. Rests that are not rests, a wrong axis, or clocks that differ set the two apart. Both solutions have
 the same noise and scatter of the accelerometers, so what the second knows more is independent of the first, and the
-covariance of their difference is that of the first less that of the second [1].
+covariance of their difference is that of the first less that of the second [1]. Both are linear about the second: few
+rests determine some combinations of parameters so loosely that the accelerometers alone would end far from it, where
+they determine other combinations, and the difference of the covariances has no meaning.
 
 References
 ----------
@@ -18,9 +20,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.calibration.adjustment import Adjustment, nominal_of, plausible_of
+from allanite.experiments.calibration.adjustment import Adjustment, plausible_of
 from allanite.experiments.calibration.adjustment.design import Observed, State
-from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, solve
+from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, covariance_at
 from allanite.experiments.calibration.adjustment.turning import constant_rate_turns
 from allanite.experiments.calibration.adjustment.weights import DRIFT, Weights
 from allanite.experiments.calibration.checks import CalibrationCheck
@@ -49,10 +51,10 @@ def alone_and_together(fit: Adjustment) -> CalibrationCheck | None:
     plausible = plausible_of(fit.observed.names)[place]
     first = alone.covariance / np.outer(plausible, plausible)
     second = fit.solution.covariance[place, place] / np.outer(plausible, plausible)
-    apart = (alone.state.values - fit.solution.state.values[place]) / plausible
+    apart = alone.gain @ alone.residual / plausible
     values, vectors = np.linalg.eigh(first)
     known = (values < KNOWN**2) & (values > ROUNDING * values[-1])
-    if not alone.converged or not known.any():
+    if not known.any():
         return None
     white = vectors[:, known] / np.sqrt(values[known])
     gained, turned = np.linalg.eigh(np.eye(int(known.sum())) - white.T @ second @ white)
@@ -71,7 +73,7 @@ def alone_and_together(fit: Adjustment) -> CalibrationCheck | None:
 
 
 def _alone(fit: Adjustment) -> CalibrationSolution:
-    """The accelerometers without the gyros, with the noise and scatter that they have together."""
+    """The accelerometers without the gyros about the same state, with the noise and scatter that they have together."""
     observed, weights, state = fit.observed, fit.weights, fit.solution.state
     none = np.zeros(0, dtype=np.int64)
     force = Observed(
@@ -94,18 +96,10 @@ def _alone(fit: Adjustment) -> CalibrationSolution:
         beyond=beyond,
         relative=weights.relative,
     )
-    start = State(
+    same = State(
         values=state.values[observed.place(ACCELEROMETER)], attitudes=state.attitudes, earth=np.zeros(3)
     )
-    names = force.names
-    return solve(
-        force,
-        accelerometer_weights,
-        start,
-        plausible=plausible_of(names),
-        nominal=nominal_of(names),
-        earth=None,
-    )
+    return covariance_at(force, accelerometer_weights, same, plausible=plausible_of(force.names), earth=None)
 
 
 def _same_chance(p: float, dof: int) -> float:

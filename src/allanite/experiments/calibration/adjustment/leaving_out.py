@@ -12,15 +12,12 @@ from numpy.typing import NDArray
 
 from allanite.experiments.calibration.adjustment.design import linearise
 from allanite.experiments.calibration.adjustment.rounds import Adjustment, unknowns_of
-from allanite.experiments.calibration.adjustment.scatter import Contrasts, Deletion, f_tail, sizes_of
+from allanite.experiments.calibration.adjustment.scatter import Contrasts, Deletion, f_tail, sizes_of, spanned
 
 __all__ = ["left_out"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-#: Directions of the design below this part of the largest are none.
-RANK = 1e-9
 
 
 def left_out(fit: Adjustment, rows: Index, kind: Index) -> Deletion:
@@ -39,7 +36,7 @@ def left_out(fit: Adjustment, rows: Index, kind: Index) -> Deletion:
     unknowns = unknowns_of(observed, fit.solution, None)
     others = np.setdiff1d(np.arange(len(noise)), rows)
     place = np.ix_(others, others)
-    contrasts = Contrasts.of(noise[place], fit.solution.residual[others], _independent(unknowns[others]))
+    contrasts = Contrasts.of(noise[place], fit.solution.residual[others], unknowns[others])
     shapes = {name: fit.shapes[name][place] for name in fit.beyond}
     sizes = sizes_of(contrasts, shapes, fit.beyond).values
     total = noise + sum((v**2 * fit.shapes[n] for n, v in sizes.items()), np.zeros_like(noise))
@@ -55,10 +52,8 @@ def left_out(fit: Adjustment, rows: Index, kind: Index) -> Deletion:
 
 def _independent(table: Array) -> Array:
     """An orthonormal basis of the columns."""
-    left, values, _ = np.linalg.svd(
-        table / np.maximum(np.linalg.norm(table, axis=0), 1e-300), full_matrices=False
-    )
-    return np.asarray(left[:, values > RANK * values[0]])
+    left, rank = spanned(table)
+    return left[:, :rank]
 
 
 def _misfit(total: Array, unknowns: Array, residual: Array, rows: Index, others: Index) -> tuple[float, int]:

@@ -43,6 +43,7 @@ __all__ = [
     "satterthwaite",
     "shift",
     "sizes_of",
+    "spanned",
     "upper_variance",
     "weighing_covariance",
 ]
@@ -57,6 +58,9 @@ ROUNDS, WARM, STRIDE, SETTLED = 30, 3, 2.0, 0.01
 FARTHEST = 40.0
 #: Beyond the noise by less than this part of its variance is nothing.
 NOTHING = 1e-3
+#: Directions of a design below this part of the largest are rounding: in records they are below 1e-15, the others above
+#: 1e-3.
+RANK = 1e-9
 #: A direction of an observation counts from this part of its weight on that the other observations control.
 CONTROLLED = 1e-3
 
@@ -103,6 +107,13 @@ def _group(projector: Array, noise: Array, weighted_residual: Array) -> ScatterG
     )
 
 
+def spanned(table: Array) -> tuple[Array, int]:
+    """An orthonormal basis of all rows, shape (r, r), and how many of its columns the columns of a table span."""
+    scaled = table / np.maximum(np.linalg.norm(table, axis=0), 1e-300)
+    left, values, _ = np.linalg.svd(scaled, full_matrices=True)
+    return left, int((values > RANK * values[0]).sum()) if len(values) else 0
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Contrasts:
     """The combinations of observations that no unknown enters; restricted likelihood is theirs.
@@ -122,11 +133,14 @@ class Contrasts:
 
     @classmethod
     def of(cls, noise: Array, residual: Array, unknowns: Array) -> Contrasts:
-        """Of residuals; `noise`, shape (r, r), is that of the models, `unknowns`, shape (r, u), the design."""
+        """Of residuals; `noise`, shape (r, r), is that of the models, `unknowns`, shape (r, u), the design.
+
+        Columns may depend on each other: the heading of positions that no turn links to the first changes nothing, and
+        each of them takes no contrast away.
+        """
         inverse = np.linalg.inv(np.linalg.cholesky(noise))
-        white = inverse @ unknowns
-        full = np.linalg.qr(white / np.linalg.norm(white, axis=0), mode="complete")[0]
-        basis = full[:, unknowns.shape[1] :].T @ inverse
+        left, rank = spanned(inverse @ unknowns)
+        basis = left[:, rank:].T @ inverse
         return cls(basis=basis, noise=noise, values=basis @ residual)
 
     def of_shape(self, shape: Array) -> Array:
