@@ -26,7 +26,7 @@ CLAIMS = {
     "coverage": "the same for the moment fit",
     "likelihood": "errors of N, B, T_b, K over the Cramér-Rao bound: likelihood at most 1.10, moments 1.25",
     "selection": "the right terms rank first where they are resolvable; absent ones reported in at most 5 %",
-    "spectrum": "intervals of a density, a line, the spectral fit; lags and frequencies disagree where they do",
+    "spectrum": "intervals of a density, a line, the spectral fit; Allan curve and spectrum compared",
     "variation": "constant noise is reported to change in at most 5 % of records; changes are detected, with intervals",
     "held": "a sensor slower than its log: its rate, and N of its values without repeats",
     "contaminated": "contaminated noise (a few percent of samples scatter more): N with and without them; no false "

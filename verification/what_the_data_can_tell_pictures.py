@@ -52,7 +52,7 @@ def _circular(document: Json, series: Json) -> Figure:
     figure, axes = _figure(2)
     earth = document["earth_rate_deg_s"]
     for colour, (reference, (plain, none, signed)) in zip(COLOURS, series["circular"].items(), strict=True):
-        label = f"told {reference:+.6f}".replace("-", "−")
+        label = f"reference {reference:+.6f}".replace("-", "−")
         for one in axes:
             one.axhline(reference, color=colour, lw=0.8, ls=":")
         axes[0].semilogx(*plain, color=colour, lw=1.4, label=label)
@@ -64,8 +64,8 @@ def _circular(document: Json, series: Json) -> Figure:
         sd = told * course[reading]
         one.fill_between(course["time"], told - sd, told + sd, color=BLUE, alpha=0.13, lw=0)
     axes[0].fill_between([], [], [], color=BLUE, alpha=0.13, lw=0, label="±1 sd of many records")
-    axes[0].plot([], [], color="0.3", lw=0.9, ls=(0, (4, 2)), label="no Earth in the record")
-    axes[0].plot([], [], color="0.3", lw=0.8, ls=":", label="what was typed in")
+    axes[0].plot([], [], color="0.3", lw=0.9, ls=(0, (4, 2)), label="without the Earth's rotation")
+    axes[0].plot([], [], color="0.3", lw=0.8, ls=":", label="reference")
     axes[1].text(6800, earth + 0.0012, "Earth", fontsize=8, ha="right", color="0.2")
     axes[0].set_title("unsigned: the reference, and noise", fontsize=9)
     axes[1].set_title("demodulated: first the reference, then the sensor", fontsize=9)
@@ -76,7 +76,7 @@ def _circular(document: Json, series: Json) -> Figure:
         one.minorticks_off()
         one.set_xlim(4, 7200)
         one.set_ylim(-0.012, 0.018)
-    axes[0].set_ylabel("mean of the corrected rate so far [deg/s]", fontsize=8.5)
+    axes[0].set_ylabel("cumulative mean of the corrected rate [deg/s]", fontsize=8.5)
     axes[0].legend(fontsize=7, frameon=False, ncols=2, loc="upper right")
     return figure
 

@@ -251,7 +251,7 @@ def test_which_channel_and_which_model() -> None:
     assert filter_recording(record(), {"other": GYRO}).channel == "gyro"
     other = NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(3e-5, 50.0))
     undecided = NoiseModel(terms=GYRO.terms, family="flicker", alternative=other)
-    assert any("could not decide" in note for note in filter_recording(record(), undecided).notes)
+    assert any("could not distinguish" in note for note in filter_recording(record(), undecided).notes)
 
 
 @pytest.mark.parametrize(("T", "worse"), [(5.0, "flicker"), (3e4, "gauss-markov")])
@@ -266,7 +266,8 @@ def test_where_a_fit_could_not_decide_the_family_that_drifts_more_is_filtered(
     measured = al.simulate(pink, rate=1.0, duration=4000.0, seed=3)
     found = filter_recording(measured, model)
     assert found.model.family == worse
-    assert f"this is the filter of {worse}, which drifts more" in " ".join(found.notes)
+    words = {"flicker": "flicker", "gauss-markov": "a Gauss-Markov term"}[worse]
+    assert f"this filter models {words}, which drifts more" in " ".join(found.notes)
     alone = filter_recording(measured, pink if worse == "flicker" else red)
     assert found.level_sd == alone.level_sd
     assert found.level_sd >= filter_recording(measured, red if worse == "flicker" else pink).level_sd

@@ -66,7 +66,7 @@ def test_verdict_findings_advice_and_provenance_stand_in_it(study: dict[str, Any
             assert finding[part] in text
     assert "Accepted despite “clipping” (gyro_z)" in text
     assert "Worst finding: gap" in text
-    assert "K to 10% needs about 29 h" in text
+    assert "a record of about 29 h would determine K to 10 % (1 sd)" in text
     assert "The model does not explain the curve" in text
     assert study["provenance"]["sha256"] in text
     assert study["provenance"]["command"] in text

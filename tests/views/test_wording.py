@@ -129,9 +129,8 @@ def test_key_numbers_say_what_is_resolved_where_and_what_is_bounded_elsewhere() 
 def test_doubts_are_stated_by_channel() -> None:
     gyro, _ = wording.groups(Study.from_json(sample_study.build()).channels)
     doubts = wording.cautions(gyro.channels)
-    assert any(
-        s.startswith("gyro_y: the record cannot decide. The Gauss-Markov family gives N 0.3") for s in doubts
-    )
+    undecided = "gyro_y: the record cannot decide between two models. The Gauss-Markov family gives N 0.3"
+    assert any(s.startswith(undecided) for s in doubts)
     assert any("does not explain the curve of gyro_z (p < 0.001)" in s for s in doubts)
 
 

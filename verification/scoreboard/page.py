@@ -18,13 +18,13 @@ NAMES = {"N": "N", "B": "B", "K": "K", "T": "T_b"}
 HEAD = """# Scoreboard
 
 The same simulated records, with known truth, analyzed by the common tools and by allanite. Each tool is used in the way
-that suits it best, and its user is assumed to know what the tool leaves to him (which conversion, which terms, where on
+that suits it best, and with the right choice of everything that it leaves to its user (conversion, terms, where to read
 the curve). Written by `python -m verification scoreboard` on {date}, root seed
 {seed}; every row with its numbers is in [the table](../verification/results/scoreboard.md).
 
 ![Parameters over their truth by tool; coverage of the bars of the curve](../verification/results/scoreboard.png)
 
-| tool | version | how it is asked |
+| tool | version | how it is used |
 |---|---|---|
 """
 
@@ -135,12 +135,12 @@ def _hardships(rows: list[Json]) -> list[str]:
     tools = [key for key in rows[0] if key != "record"]
     lines = [
         "",
-        "## What records are like",
+        "## Damaged records",
         "",
         "Records of 200 000 samples of white noise and random walk, damaged and passed on as is: the largest error",
         "of the deviation at m = 1, 10, 100, 1000 and 10 000, over that of the undamaged record. With missing samples",
-        "part of this error is random, since fewer windows remain. Closed up: the holes are cut out before the tool",
-        "gets the record, so no tool can know of them. With scattered missing samples allanite's curve has no long",
+        "part of this error is random, since fewer windows remain. Closed up: the gaps are cut out before the tool",
+        "gets the record, so no tool can detect them. With scattered missing samples allanite's curve has no long",
         'stretch to average: it ends early instead of bending, and the fit of the record (`method="likelihood"`)',
         "still works.",
         "",
@@ -156,7 +156,7 @@ def _cost(week: list[Json], billion: list[Json]) -> list[str]:
         "## Cost",
         "",
         f"{_thousands(week[0]['samples'])} samples (a week at 32 Hz has 19 353 600), 100 log-spaced lags to a tenth of",
-        "the record, doubles dropped; each in a process of its own, best of two rounds. Memory: the most that the",
+        "the record, duplicates dropped; each in a separate process, best of two rounds. Memory: the most that the",
         "process allocates, over the size of the samples.",
         "",
         "| tool | lags | seconds | memory / samples |",

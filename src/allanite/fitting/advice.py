@@ -64,8 +64,10 @@ class Advice(Result):
         if not math.isfinite(self.duration):
             return f"{name}: no record of reasonable length decides it"
         if self.resolved:
-            aim = f"{name} to {self.target:.0%}"
-            return f"this record gives {aim}" if self.reached else f"{aim} needs about {span(self.duration)}"
+            aim = f"{name} to {100 * self.target:.0f} % (1 sd)"
+            if self.reached:
+                return f"this record determines {aim}"
+            return f"a record of about {span(self.duration)} would determine {aim}"
         if self.reached:
             return f"this record would reveal {name} at half its limit"
         return f"a record of {span(self.duration)} would reveal {name} or halve its limit"

@@ -231,7 +231,7 @@ def _largest(parameter: ParameterComparison) -> str:
     if parameter.worst is None:
         return "–"
     sure = parameter.worst_p is not None and parameter.worst_p < 0.05
-    return parameter.worst if sure else f"{parameter.worst}, not for certain"
+    return parameter.worst if sure else f"{parameter.worst}, not significant"
 
 
 # -- records, method, table -------------------------------------------------------------------------------
@@ -251,7 +251,7 @@ def _records(result: Comparison) -> Iterator[PageBlock]:
         [
             ("Intervals", f"{100 * result.confidence:g} %; “<” is an upper limit, and is used as such"),
             ("Tests", f"{100 * result.level:g} %; p is adjusted for the number of tests"),
-            ("Slow noise as", ", ".join(f"{c.name}: {families[c.family]}" for c in result.channels)),
+            ("Slow noise", ", ".join(f"{c.name}: {families[c.family]}" for c in result.channels)),
         ]
     )
 

@@ -79,7 +79,7 @@ def _verdict(result: Variation) -> Iterator[PageBlock]:
         [
             ("Channels", ", ".join(names)),
             ("All windows together", "; ".join(tests)),
-            ("Would show", "; ".join(steps)),
+            ("Detectable steps", "; ".join(steps)),
             ("False alarms", f"{100 * result.false_alarm:g} % of channels whose noise is constant"),
             ("Length", duration(result.duration)),
         ]
@@ -109,7 +109,7 @@ def _pictures(result: Variation) -> Iterator[PageBlock]:
 
 def _lags(result: Variation) -> Iterator[PageBlock]:
     yield from table(
-        ("Channel", "Averaging", "Windows", "Least to largest", "Whole record", "Significant", "Constant"),
+        ("Channel", "Averaging", "Windows", "Least to largest", "Whole record", "Differ", "Constant"),
         [_lag_row(channel, lag) for channel in result.channels for lag in _told(channel.lags)],
         caption="Each averaging time separately: chi-square of its windows with their exact covariance.",
     )

@@ -93,7 +93,7 @@ def one_direction(reversals: Reversals) -> str:
 def constant(bias: tuple[float, float], source: NoiseOrigin, first: str, latitude: float) -> str:
     """Why a record without turns tells no rate, and the bias for each direction that the axis may have had."""
     level, sd = (x / DEG_H for x in bias)
-    least = " or more, since this record gave the noise" if source is NoiseOrigin.RECORD else ""
+    least = " or more, since the noise was fitted to this record" if source is NoiseOrigin.RECORD else ""
     digits = max(0, 1 - math.floor(math.log10(sd))) if 0 < sd < math.inf else 2
     parts = (f"{level - part / DEG_H:.{digits}f} {words}" for part, words in _directions(first, latitude))
     return (

@@ -21,6 +21,8 @@ __all__ = ["FilterConditions", "FilterEstimate", "FilterRemark", "TermSeries", "
 
 Array = NDArray[np.float64]
 
+_FAMILIES = {"flicker": "flicker", "gauss-markov": "a Gauss-Markov term"}
+
 
 class FilterRemark(StrEnum):
     """What is to be known of a filtered channel."""
@@ -106,10 +108,10 @@ class FilterConditions(Result):
             form = f"a sum of {self.flicker_states} states" if many else "one Gauss-Markov state"
             yield FilterRemark.FLICKER, f"flicker is filtered as {form}"
         if self.families is not None:
-            first, other = self.families
+            first, other = (_FAMILIES.get(name, name or "another model") for name in self.families)
             why = ", which drifts more over half of this record" if self.cautious else ""
-            open_ = f"the record of the fit could not decide between {first} and {other}"
-            yield FilterRemark.UNDECIDED, f"{open_}; this is the filter of {first}{why}"
+            open_ = f"the fitted record could not distinguish {first} from {other}"
+            yield FilterRemark.UNDECIDED, f"{open_}; this filter models {first}{why}"
         if self.broke:
             yield (
                 FilterRemark.ROUNDING,

@@ -74,7 +74,7 @@ def scatter_sentence(p: float, tau: float, start: float, stop: float, ratio: flo
 def constant_sentence(p: float, visible: Mapping[str, float]) -> str:
     """That chance explains the windows, and what would have shown."""
     steps = visible_steps(visible)
-    shown = f"; a step at half time would be visible if it changed {steps}" if steps else ""
+    shown = f"; a step halfway through would be detected if it changed {steps}" if steps else ""
     return f"no window differs significantly from the others (p = {p:.2g}, doubled for two tests){shown}"
 
 

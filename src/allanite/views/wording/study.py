@@ -351,7 +351,8 @@ def cautions(channels: Iterable[ChannelModels]) -> list[str]:
         for other in channel.models[1:]:
             words = "; ".join(f"{shown_symbol(s)} {r.text}" for s, r in readings(channel, other).items())
             family = other.family.title() if other.family == "gauss-markov" else other.family
-            sentences.append(f"{channel.name}: the record cannot decide. The {family} family gives {words}")
+            open_ = f"{channel.name}: the record cannot decide between two models"
+            sentences.append(f"{open_}. The {family} family gives {words}")
         if not channel.models:
             bare.append(channel.name)
         elif is_poor(channel.models[0]):
