@@ -101,7 +101,16 @@ def test_the_page_has_every_part_and_figures(population: FleetPopulation, fleet:
     page = view_of(measure("fleet report", fleet).document)
     assert [s.id for s in page.sections] == ["verdict", "effects", "lots", "pictures", "method", "provenance"]
     panels = sheet_of(population).panels
-    assert [p.title for p in panels] == ["gyro_x: population relative to its middle", "gyro_x, lot by lot"]
+    assert [p.title for p in panels] == [
+        "gyro_x: population relative to its middle",
+        "N of gyro_x: 40 units",
+        "B of gyro_x: 40 units",
+        "gyro_x, lot by lot",
+    ]
+    marked = next(c for c in panels[1].curves if c.label == "unit that stands out")
+    assert marked.x == pytest.approx([2.5 * math.degrees(MIDDLE) * 60], rel=0.15)
+    with pytest.raises(InputError, match="no figure 'correlations': no two coefficients correlate"):
+        sheet_of(population, view="correlations")
     crosses = next(c for c in panels[0].curves if c.label == "unit that stands out")
     assert len(crosses.x) == len(population.standing_out)
     for panel in panels:
@@ -131,3 +140,22 @@ def test_a_data_sheet_is_a_limit_of_the_units(
         InputError, match="no value for a coefficient of the fleet; those are B of gyro_x, N of"
     ):
         measure("fleet report", fleet, sheet=sheet)
+
+
+def test_coefficients_that_vary_together_are_a_table_and_a_figure(tmp_path: Path, run: Run) -> None:
+    first = fleet_table(symbols=("N",), lots=1)
+    second = first.set_column(
+        first.column_names.index("channel"), "channel", pa.array(["gyro_y"] * len(first))
+    )
+    other = fleet_table(symbols=("B",), lots=1, seed=8)
+    pq.write_table(pa.concat_tables([first, second, other]), tmp_path / "fleet.parquet")
+    document = measure("fleet report", tmp_path).document
+    (pair,) = document.result.correlations
+    assert (pair.first, pair.second, pair.units) == ("N of gyro_x", "N of gyro_y", 40)
+    assert document.result.pairs == 3 and pair.correlation.lower > 0.99
+    assert document_of(document.to_json()).to_json() == document.to_json()
+    (panel,) = sheet_of(document.result, view="correlations").panels
+    assert panel.curves[0].y == pytest.approx([pair.correlation.value])
+    assert run("fleet", "report", tmp_path, "--out", tmp_path / "out").code == 0
+    (row,) = csv.DictReader((tmp_path / "out" / "correlations.csv").open(encoding="utf-8"))
+    assert row["second"] == "N of gyro_y" and row["left_out"] == "0"

@@ -23,7 +23,7 @@ from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Cell, Page, PageBlock, References, Text, pairs, table
 from allanite.views.result_page import pictures, result_page, verdict_banner
 
-__all__ = ["coefficient_rows", "lot_rows", "standing_out_rows", "view"]
+__all__ = ["coefficient_rows", "correlation_rows", "lot_rows", "standing_out_rows", "view"]
 
 #: A spread of the logarithm beyond this is shown as a factor.
 _FACTOR = 0.3
@@ -37,6 +37,11 @@ _PICTURES = {
         "Each coefficient relative to its middle: the middle with its interval, the prediction interval of the next "
         "unit, the tolerance bound, and the units that stand out."
     ),
+    "density": (
+        "Density of all units in each coefficient, with that of the population and the units that stand out. A unit "
+        "that gives an upper limit lies below it; the curve of the units is smoothed."
+    ),
+    "correlations": "Correlation of coefficients over units, numbered as in the table, with intervals.",
     "lots": "Each lot over the middle of all lots, with its interval.",
 }
 _METHOD = (
@@ -50,6 +55,11 @@ _DISCOVERIES = (
     "A unit is compared with what its lot and conditions let expect. The smallest probability of its coefficients is "
     "adjusted for their number [4]; units are then chosen by the step-up procedure [5], so that the stated share of "
     "them is expected to be false."
+)
+_TOGETHER = (
+    "Correlations are of normal scores of the estimates, over what lot and conditions let expect; pairs are chosen by "
+    "Holm's procedure. The uncertainty of the logs weakens a correlation. Two coefficients of one channel also share "
+    "the errors of their logs."
 )
 _LIMITS = (
     "A coefficient meets its limit where the whole interval of the share of units above it lies below the allowed "
@@ -83,6 +93,7 @@ def view(document: ResultDocument[FleetPopulation]) -> Page:
             "verdict": ("Verdict", [*_verdict(result)]),
             "effects": ("Conditions", _effects(result)),
             "lots": ("Lots", _lots(result)),
+            "correlations": ("Correlations", _correlations(result)),
             "pictures": ("Pictures", pictures(result, _PICTURES)),
             "method": ("Method", _method(result)),
         },
@@ -230,6 +241,23 @@ def _lot(c: CoefficientPopulation, lot: LotRatio) -> tuple[str, ...]:
     return f"{c.channel} {c.symbol}", lot.lot, str(lot.units), lot.ratio.shown(), "yes" if differs else "no"
 
 
+def _correlations(result: FleetPopulation) -> list[PageBlock]:
+    shown = result.correlations[:_MOST]
+    family = f"the chance that any is false is at most {100 * (1 - result.confidence):.2g} %"
+    return table(
+        ("", "Coefficient", "Coefficient", "Correlation", "Units", "Left out"),
+        [
+            (str(i), c.first, c.second, c.correlation.shown(), str(c.units), str(c.left_out))
+            for i, c in enumerate(shown, 1)
+        ],
+        caption=(
+            f"Correlations that differ from zero over units: {len(result.correlations)} of {result.pairs} pairs; "
+            f"{family}. Left out: units that resolve one of the two."
+        ),
+        brief=False,
+    )
+
+
 def _method(result: FleetPopulation) -> list[PageBlock]:
     wide = [
         (f"{c.symbol} of {c.channel}, wide part", f"{c.wide_share.shown(0.01)} % of units")
@@ -247,7 +275,12 @@ def _method(result: FleetPopulation) -> list[PageBlock]:
         ),
         ("Logs that failed", counted(result.failed, "log") if result.failed else ""),
     ]
-    texts = [Text(_METHOD), Text(_DISCOVERIES), *([Text(_LIMITS)] if limited else [])]
+    texts = [
+        Text(_METHOD),
+        Text(_DISCOVERIES),
+        *([Text(_TOGETHER)] if result.pairs else []),
+        *([Text(_LIMITS)] if limited else []),
+    ]
     return [
         *texts,
         pairs([*rows, *wide], brief=False),
@@ -309,3 +342,15 @@ def lot_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
                 "units": lot.units,
                 **_ends("ratio", lot.ratio),
             }
+
+
+def correlation_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
+    """One row of a table for each pair of coefficients that correlate."""
+    for c in result.correlations:
+        yield {
+            "first": c.first,
+            "second": c.second,
+            **_ends("correlation", c.correlation),
+            "units": c.units,
+            "left_out": c.left_out,
+        }

@@ -9,6 +9,7 @@
 ``evidence``       lots, units, repeats, conditions: how well given scales explain the logs.
 ``posterior``      all scales that the logs allow, with their weights.
 ``draws``          equally likely populations; ``capability``: the share of their units beyond a limit.
+``densities``      where the units lie; ``correlations``: coefficients that vary together from unit to unit.
 ``standing_out``   units that do not belong to the population, at a stated rate of false discoveries.
 ``results``        FleetPopulation and its parts; ``verdict`` what it may come to, ``words`` says it in a sentence.
 ``charts``         the control chart of a coefficient, in ``chart_words``; ``control_rules``: when it signals.
@@ -23,6 +24,8 @@ from allanite.stability.fleet.results import (
     FleetPopulation,
     LotRatio,
     StandingOut,
+    UnitCorrelation,
+    UnitDensity,
 )
 from allanite.stability.fleet.verdict import CapabilityVerdict, FleetVerdict
 
@@ -35,5 +38,7 @@ __all__ = [
     "FleetVerdict",
     "LotRatio",
     "StandingOut",
+    "UnitCorrelation",
+    "UnitDensity",
     "describe_fleet",
 ]

@@ -65,6 +65,13 @@ class Draws:
         inner, outer = (ndtr(distance / np.maximum(sd, 1e-300)) for sd in (narrow, broad))
         return np.asarray((1 - wide) * inner + wide * outer)
 
+    def density(self, x: Array) -> Array:
+        """Of all units at x, the mean over all draws."""
+        narrow, broad, wide = (np.maximum(part[::8, None], 1e-12) for part in self._parts())
+        distance = x - self.location[::8, :1]
+        inner, outer = (np.exp(-0.5 * (distance / sd) ** 2) / sd for sd in (narrow, broad))
+        return np.asarray(((1 - wide) * inner + wide * outer).mean(axis=0) / np.sqrt(2 * np.pi))
+
     def _parts(self) -> tuple[Array, Array, Array]:
         """Standard deviations of the narrow and the wide part of all units, and the share of the wide part."""
         lot, unit, wide = (self.scale(name) for name in ("lot", "unit", "wide"))

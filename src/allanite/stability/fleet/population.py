@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.quantities.quantity import Quantity, QuantityStatus
 from allanite.stability.fleet.capability import capability_of
+from allanite.stability.fleet.correlations import correlated_pairs
+from allanite.stability.fleet.densities import density_of
 from allanite.stability.fleet.draws import Draws
 from allanite.stability.fleet.evidence import Design
 from allanite.stability.fleet.posterior import Posterior, posterior_of
@@ -156,18 +158,25 @@ def describe_fleet(
         every.append((coefficient, posterior, departures(coefficient.design, posterior)))
     if not every:
         raise InputError(f"no coefficient is resolved by {_FEWEST} units or more; a fleet needs as many")
-    units = len({*zip(rows.lot, rows.unit, strict=True)})
+    units = _UnitTable([c for c, _, _ in every])
+    correlations, tested = correlated_pairs(
+        [(c.channel, c.symbol) for c, _, _ in every],
+        units.filled([d.ratio for _, _, d in every]),
+        confidence,
+    )
     return FleetPopulation(
         logs=rows.logs,
         failed=rows.failed,
-        units=units,
+        units=len({*zip(rows.lot, rows.unit, strict=True)}),
         coefficients=tuple(
             population_of(c, p, confidence, content, bounds.get((c.channel, c.symbol))) for c, p, _ in every
         ),
         left_out=tuple(left_out),
-        standing_out=_standing_out([(c, d) for c, _, d in every], false_discovery_rate),
+        standing_out=_standing_out([(c, d) for c, _, d in every], units, false_discovery_rate),
         false_discovery_rate=false_discovery_rate,
         confidence=confidence,
+        correlations=correlations,
+        pairs=tested,
     )
 
 
@@ -251,6 +260,7 @@ def population_of(
         effects=tuple(effects),
         of_lots=tuple(_of_lots(coefficient, draws, between)),
         capability=None if limit is None else capability_of(draws, limit, confidence, content),
+        density=density_of(design, draws),
     )
 
 
@@ -279,17 +289,28 @@ def _of_lots(
 # -- units that stand out ---------------------------------------------------------------------------------
 
 
+class _UnitTable:
+    """Units by coefficients: a column for each, NaN where a unit has no log of it."""
+
+    def __init__(self, every: Sequence[CoefficientRows]) -> None:
+        of_each = [[*zip(c.lot_of_unit, c.unit_names, strict=True)] for c in every]
+        self.keys = sorted({key for keys in of_each for key in keys})
+        place = {key: i for i, key in enumerate(self.keys)}
+        self.at = [np.array([place[key] for key in keys], dtype=np.intp) for keys in of_each]
+
+    def filled(self, columns: Sequence[Array]) -> Array:
+        """Values of the units of each coefficient, shape (n_units, n_coefficients)."""
+        table = np.full((len(self.keys), len(columns)), np.nan)
+        for column, (at, values) in enumerate(zip(self.at, columns, strict=True)):
+            table[at, column] = values
+        return table
+
+
 def _standing_out(
-    every: Sequence[tuple[CoefficientRows, Departures]], rate: float
+    every: Sequence[tuple[CoefficientRows, Departures]], units: _UnitTable, rate: float
 ) -> tuple[StandingOut, ...]:
-    keys = sorted({key for c, _ in every for key in zip(c.lot_of_unit, c.unit_names, strict=True)})
-    place = {key: i for i, key in enumerate(keys)}
-    p = np.full((len(keys), len(every)), np.nan)
-    where = []
-    for column, (c, d) in enumerate(every):
-        at = np.array([place[key] for key in zip(c.lot_of_unit, c.unit_names, strict=True)])
-        p[at, column] = d.p
-        where.append(dict(zip(at.tolist(), range(len(at)), strict=True)))
+    p, keys = units.filled([d.p for _, d in every]), units.keys
+    where = [dict(zip(at.tolist(), range(len(at)), strict=True)) for at in units.at]
     chosen = np.flatnonzero(discoveries(simes(p), rate))
     left = rate * len(chosen) / len(keys)
     out = []

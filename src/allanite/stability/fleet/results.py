@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from allanite.quantities.quantity import Quantity
 from allanite.quantities.result import Result
@@ -18,7 +21,11 @@ __all__ = [
     "FleetPopulation",
     "LotRatio",
     "StandingOut",
+    "UnitCorrelation",
+    "UnitDensity",
 ]
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,6 +104,48 @@ class Capability(Result):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class UnitDensity(Result):
+    """Where the units lie in one coefficient; densities are of its natural logarithm.
+
+    Attributes
+    ----------
+    x : ndarray, shape (n,) [SI]
+        Values of the coefficient.
+    units : ndarray, shape (n,)
+        Density of all units: each by its profile, so that one with an upper limit lies below that.
+    population : ndarray, shape (n,)
+        Density of the population.
+    """
+
+    x: Array = field(repr=False)
+    units: Array = field(repr=False)
+    population: Array = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UnitCorrelation(Result):
+    """Two coefficients that vary together from unit to unit.
+
+    Attributes
+    ----------
+    first, second : str
+        "N of gyro_x".
+    correlation : Quantity
+        Of the normal scores of the estimates of the units, over what their lots and conditions let expect (unit "1").
+    units : int
+        That resolve both.
+    left_out : int
+        Units that resolve one of the two.
+    """
+
+    first: str
+    second: str
+    correlation: Quantity
+    units: int
+    left_out: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CoefficientPopulation(Result):
     """One coefficient of one channel in all units.
 
@@ -135,6 +184,8 @@ class CoefficientPopulation(Result):
         In the order of their names.
     capability : Capability or None
         Beside an upper limit, where it has one.
+    density : UnitDensity or None
+        Of all units; None in a document of an earlier version.
     """
 
     channel: str
@@ -155,6 +206,7 @@ class CoefficientPopulation(Result):
     effects: tuple[CovariateEffect, ...]
     of_lots: tuple[LotRatio, ...]
     capability: Capability | None = None
+    density: UnitDensity | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -204,6 +256,11 @@ class FleetPopulation(Result):
         Expected share of false alarms among the units that stand out.
     confidence : float
         Of the intervals.
+    correlations : tuple of UnitCorrelation
+        Pairs whose correlation differs from zero, the strongest first; the chance that any is false is at most one less
+        `confidence`.
+    pairs : int
+        Pairs of coefficients that ten units or more resolve.
     """
 
     FORMAT: ClassVar[str] = "allanite-fleet"
@@ -217,6 +274,8 @@ class FleetPopulation(Result):
     standing_out: tuple[StandingOut, ...]
     false_discovery_rate: float
     confidence: float
+    correlations: tuple[UnitCorrelation, ...] = ()
+    pairs: int = 0
 
     @property
     def verdict(self) -> FleetVerdict:

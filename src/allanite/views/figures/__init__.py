@@ -409,14 +409,26 @@ def _bounds(result: Bounds, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"these bounds have no figure {view!r}")
 
 
+_NO_FIGURE_OF_FLEET = {
+    "density": "its document was made by an earlier version",
+    "correlations": "no two coefficients correlate",
+    "lots": "it has one lot",
+}
+
+
 def _fleet(result: FleetPopulation, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import fleet
 
     _known_view(view, fleet.VIEWS, "a fleet")
-    parts = {"population": fleet.population_panels, "lots": fleet.lot_panels}
+    parts = {
+        "population": fleet.population_panels,
+        "density": fleet.density_panels,
+        "correlations": fleet.correlation_panels,
+        "lots": fleet.lot_panels,
+    }
     panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make(result)]
     if not panels:
-        raise InputError(f"this fleet has no figure {view!r}: it has one lot")
+        raise InputError(f"this fleet has no figure {view!r}: {_NO_FIGURE_OF_FLEET[view]}")
     return Sheet(rows=tuple(_rows_of(panels, 2)))
 
 

@@ -9,7 +9,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from allanite.stability.fleet.results import CoefficientPopulation, FleetPopulation
+from allanite.quantities.display_units import coefficient_unit
+from allanite.stability.fleet.results import CoefficientPopulation, FleetPopulation, UnitDensity
 from allanite.views.figures.panel import (
     MARKERS,
     SERIES,
@@ -22,9 +23,10 @@ from allanite.views.figures.panel import (
     positive_range,
 )
 
-__all__ = ["VIEWS", "lot_panels", "population_panels"]
+__all__ = ["VIEWS", "correlation_panels", "density_panels", "lot_panels", "population_panels"]
 
-VIEWS = ("whole", "population", "lots")
+VIEWS = ("whole", "population", "density", "correlations", "lots")
+_PAIRS = 20  # that a table has
 _LONG, _NAMES = 12, 16  # characters of a lot's name below its place, and how many have room
 
 
@@ -82,6 +84,67 @@ def _population(result: FleetPopulation, coefficients: Sequence[CoefficientPopul
         x=Axis(label="", limits=(0.4, len(place) + 0.6), names=tuple((x, s) for s, x in at.items())),
         y=Axis(label="Ratio to the middle", log=True, limits=(low / 1.2, 1.2 * high)),
         curves=tuple(curves),
+        height=0.45,
+        key="above",
+    )
+
+
+def density_panels(result: FleetPopulation) -> Iterator[Panel]:
+    """One panel for each coefficient: its units, its population, and the units that stand out."""
+    for c in result.coefficients:
+        if c.density is not None:
+            lots = {lot.lot: lot.ratio.value for lot in c.of_lots}
+            outside = [
+                s.ratio * c.middle.value * lots.get(s.lot, 1.0)
+                for s in result.standing_out
+                if (s.channel, s.symbol) == (c.channel, c.symbol) and not math.isnan(s.ratio)
+            ]
+            yield _density(c, c.density, outside)
+
+
+def _density(c: CoefficientPopulation, density: UnitDensity, outside: Sequence[float]) -> Panel:
+    unit, factor = coefficient_unit(c.kind, c.symbol, c.middle.unit)
+    x, top = density.x / factor, float(max(density.units.max(), density.population.max()))
+    curves = [
+        Curve(x=x, y=density.units, label="all units", colour="z"),
+        Curve(x=x, y=density.population, label="population", colour="model", style="dashed"),
+    ]
+    if outside:
+        at = array(outside) / factor
+        curves.append(
+            Curve(
+                x=at, y=np.full(len(at), 0.02 * top), label="unit that stands out", colour="x", style="none",
+                marker="cross",
+            )
+        )  # fmt: skip
+    low, high = positive_range(*(curve.x for curve in curves))
+    return Panel(
+        title=f"{c.symbol} of {c.channel}: {c.units} units",
+        x=Axis(label=f"{c.symbol} [{unit}]", log=True, limits=(low / 1.03, 1.03 * high)),
+        y=Axis(label=f"Density of ln {c.symbol}", limits=(0.0, 1.08 * top)),
+        curves=tuple(curves),
+        height=0.45,
+        key="above",
+    )
+
+
+def correlation_panels(result: FleetPopulation) -> Iterator[Panel]:
+    """One panel with the strongest correlations, numbered as in the table."""
+    shown = result.correlations[:_PAIRS]
+    if not shown:
+        return
+    place = np.arange(1.0, len(shown) + 1)
+    limits = (0.4, len(shown) + 0.6)
+    quantities = [c.correlation for c in shown]
+    ends = [(q.lower, q.upper) for q in quantities]
+    yield Panel(
+        title="Correlation over units",
+        x=Axis(label="Pair of coefficients", limits=limits, names=tuple((x, f"{x:g}") for x in place)),
+        y=Axis(label="Correlation", limits=(-1.05, 1.05)),
+        curves=(
+            _bars(place, [q.value for q in quantities], ends, "correlation, with its interval", "z"),
+            level(limits, 0.0, "none"),
+        ),
         height=0.45,
         key="above",
     )
