@@ -40,7 +40,7 @@ def _ratios(place: Any, rows: list[Json]) -> None:
     tools = list(dict.fromkeys(r["tool"] for r in rows))[::-1]
     scenarios = list(dict.fromkeys(r["scenario"] for r in rows))
     axes = place.subplots(1, len(SYMBOLS), sharey=True)
-    place.suptitle("estimate over truth: median, 10th to 90th percentile of the records", fontsize=10)
+    place.suptitle("estimate over truth: median, and 10th to 90th percentile over the records", fontsize=10)
     for one, symbol in zip(axes, SYMBOLS, strict=True):
         _plain(one)
         one.axvline(1.0, color="0.35", lw=0.9)
@@ -76,9 +76,7 @@ def _bars(place: Any, rows: list[Json]) -> None:
     """Coverage of the 95 % bar of the deviation, by lag."""
     noises = list(dict.fromkeys(r["noise"] for r in rows))
     axes = place.subplots(1, max(len(noises), 1), sharey=True)
-    place.suptitle(
-        "error bars of the deviation, 1024 samples: share of 95 % bars that hold the truth", fontsize=10
-    )
+    place.suptitle("error bars of the deviation, 1024 samples: coverage of the 95 % bars", fontsize=10)
     kinds = list(dict.fromkeys(r["bar"] for r in rows))
     colours = dict(zip(kinds, ("#c0392b", "#c77400", "#7fa8d1", "#1f5a96"), strict=False))
     for one, noise in zip(np.atleast_1d(axes), noises, strict=True):
