@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import pyarrow as pa
@@ -159,3 +160,26 @@ def test_coefficients_that_vary_together_are_a_table_and_a_figure(tmp_path: Path
     assert run("fleet", "report", tmp_path, "--out", tmp_path / "out").code == 0
     (row,) = csv.DictReader((tmp_path / "out" / "correlations.csv").open(encoding="utf-8"))
     assert row["second"] == "N of gyro_y" and row["left_out"] == "0"
+
+
+def test_a_unit_that_changes_over_its_repeats_is_named(tmp_path: Path, run: Run) -> None:
+    rows = fleet_table(symbols=("N",), lots=1, repeats=4).to_pylist()
+    for row in rows:
+        quarters = int(row["log"].split("_")[1].removesuffix(".csv"))
+        row["date"] = datetime(2026, 1, 1) + timedelta(days=91.3125 * quarters)
+        if row["unit"] == "u07":
+            row["profile"] = [knot + 0.1 * quarters for knot in row["profile"]]
+    schema = fleet_table().schema.append(pa.field("date", pa.timestamp("us")))
+    pq.write_table(pa.Table.from_pylist(rows, schema=schema), tmp_path / "fleet.parquet")
+    document = measure("fleet report", tmp_path).document
+    (drift,) = document.result.drifts
+    assert document.result.repeated == 40
+    assert (drift.unit, drift.symbol, drift.logs) == ("u07", "N", 4)
+    assert drift.slope.lower < 0.4 < drift.slope.upper and 0 < drift.slope.lower
+    assert document_of(document.to_json()).to_json() == document.to_json()
+    done = run("fleet", "report", tmp_path, "--out", tmp_path / "out")
+    assert "%/year" in done.out and "1 of 40 coefficients" in (tmp_path / "out" / "report.html").read_text(
+        "utf-8"
+    )
+    (row,) = csv.DictReader((tmp_path / "out" / "drifts.csv").open(encoding="utf-8"))
+    assert row["unit"] == "u07" and float(row["slope"]) == drift.slope.value

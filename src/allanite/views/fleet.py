@@ -23,7 +23,7 @@ from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Cell, Page, PageBlock, References, Text, pairs, table
 from allanite.views.result_page import pictures, result_page, verdict_banner
 
-__all__ = ["coefficient_rows", "correlation_rows", "lot_rows", "standing_out_rows", "view"]
+__all__ = ["coefficient_rows", "correlation_rows", "drift_rows", "lot_rows", "standing_out_rows", "view"]
 
 #: A spread of the logarithm beyond this is shown as a factor.
 _FACTOR = 0.3
@@ -61,6 +61,10 @@ _TOGETHER = (
     "Holm's procedure. The uncertainty of the logs weakens a correlation. Two coefficients of one channel also share "
     "the errors of their logs."
 )
+_DRIFTS = (
+    "A unit drifts where the slope of its logarithm over the dates of its logs differs from zero, by their profiles "
+    "and the spread of repeats; a change of the whole fleet counts. Units are chosen by the step-up procedure [5]."
+)
 _LIMITS = (
     "A coefficient meets its limit where the whole interval of the share of units above it lies below the allowed "
     "share, and does not meet it where the interval lies above. The index is the distance of the limit from the median "
@@ -93,6 +97,7 @@ def view(document: ResultDocument[FleetPopulation]) -> Page:
             "verdict": ("Verdict", [*_verdict(result)]),
             "effects": ("Conditions", _effects(result)),
             "lots": ("Lots", _lots(result)),
+            "drifts": ("Drifts", _drifts(result)),
             "correlations": ("Correlations", _correlations(result)),
             "pictures": ("Pictures", pictures(result, _PICTURES)),
             "method": ("Method", _method(result)),
@@ -241,6 +246,31 @@ def _lot(c: CoefficientPopulation, lot: LotRatio) -> tuple[str, ...]:
     return f"{c.channel} {c.symbol}", lot.lot, str(lot.units), lot.ratio.shown(), "yes" if differs else "no"
 
 
+def _drifts(result: FleetPopulation) -> list[PageBlock]:
+    return table(
+        ("Unit", "Lot", "Coefficient", "Logs", "Change", "Chance"),
+        [
+            (
+                d.unit,
+                d.lot or "–",
+                f"{d.symbol} of {d.channel}",
+                str(d.logs),
+                _per_year(d.slope),
+                probability(d.p),
+            )
+            for d in result.drifts[:_MOST]
+        ],
+        caption=(
+            f"Units that change over their repeats, {len(result.drifts)} of {result.repeated} coefficients; about "
+            f"{100 * result.false_discovery_rate:g} % of them are false alarms."
+        ),
+    )
+
+
+def _per_year(slope: Quantity) -> str:
+    return f"{Quantity.of(*_percent(slope), '1').shown()} %/year"
+
+
 def _correlations(result: FleetPopulation) -> list[PageBlock]:
     shown = result.correlations[:_MOST]
     family = f"the chance that any is false is at most {100 * (1 - result.confidence):.2g} %"
@@ -278,6 +308,7 @@ def _method(result: FleetPopulation) -> list[PageBlock]:
     texts = [
         Text(_METHOD),
         Text(_DISCOVERIES),
+        *([Text(_DRIFTS)] if result.repeated else []),
         *([Text(_TOGETHER)] if result.pairs else []),
         *([Text(_LIMITS)] if limited else []),
     ]
@@ -353,4 +384,14 @@ def correlation_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
             **_ends("correlation", c.correlation),
             "units": c.units,
             "left_out": c.left_out,
+        }
+
+
+def drift_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
+    """One row of a table for each coefficient of each unit that drifts; slopes are of the natural logarithm."""
+    for d in result.drifts:
+        yield {
+            **{key: getattr(d, key) for key in ("unit", "lot", "channel", "symbol", "logs")},
+            **_ends("slope", d.slope),
+            "p": d.p,
         }

@@ -52,6 +52,7 @@ FLEET_REPORT = Command(
         "coefficients.csv": "allanite.views.fleet:coefficient_rows",
         "standing_out.csv": "allanite.views.fleet:standing_out_rows",
         "lots.csv": "allanite.views.fleet:lot_rows",
+        "drifts.csv": "allanite.views.fleet:drift_rows",
         "correlations.csv": "allanite.views.fleet:correlation_rows",
     },
 )  # fmt: skip

@@ -10,6 +10,7 @@
 ``posterior``      all scales that the logs allow, with their weights.
 ``draws``          equally likely populations; ``capability``: the share of their units beyond a limit.
 ``densities``      where the units lie; ``correlations``: coefficients that vary together from unit to unit.
+``drifts``         units that change over their repeats.
 ``standing_out``   units that do not belong to the population, at a stated rate of false discoveries.
 ``results``        FleetPopulation and its parts; ``verdict`` what it may come to, ``words`` says it in a sentence.
 ``charts``         the control chart of a coefficient, in ``chart_words``; ``control_rules``: when it signals.
@@ -26,6 +27,7 @@ from allanite.stability.fleet.results import (
     StandingOut,
     UnitCorrelation,
     UnitDensity,
+    UnitDrift,
 )
 from allanite.stability.fleet.verdict import CapabilityVerdict, FleetVerdict
 
@@ -40,5 +42,6 @@ __all__ = [
     "StandingOut",
     "UnitCorrelation",
     "UnitDensity",
+    "UnitDrift",
     "describe_fleet",
 ]

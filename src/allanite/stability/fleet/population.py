@@ -17,6 +17,7 @@ from allanite.stability.fleet.capability import capability_of
 from allanite.stability.fleet.correlations import correlated_pairs
 from allanite.stability.fleet.densities import density_of
 from allanite.stability.fleet.draws import Draws
+from allanite.stability.fleet.drifts import DatedLogs, dated_logs
 from allanite.stability.fleet.evidence import Design
 from allanite.stability.fleet.posterior import Posterior, posterior_of
 from allanite.stability.fleet.profile_table import ProfileTable
@@ -26,6 +27,7 @@ from allanite.stability.fleet.results import (
     FleetPopulation,
     LotRatio,
     StandingOut,
+    UnitDrift,
 )
 from allanite.stability.fleet.rows import FleetRows, read_rows
 from allanite.stability.fleet.standing_out import RESOLVED, Departures, departures, discoveries, simes
@@ -164,6 +166,7 @@ def describe_fleet(
         units.filled([d.ratio for _, _, d in every]),
         confidence,
     )
+    drifts, repeated = _drifts([(c, p) for c, p, _ in every], confidence, false_discovery_rate)
     return FleetPopulation(
         logs=rows.logs,
         failed=rows.failed,
@@ -177,6 +180,8 @@ def describe_fleet(
         confidence=confidence,
         correlations=correlations,
         pairs=tested,
+        drifts=drifts,
+        repeated=repeated,
     )
 
 
@@ -331,3 +336,50 @@ def _standing_out(
                 )
             )
     return tuple(out)
+
+
+# -- units that drift -------------------------------------------------------------------------------------
+
+
+def _drifts(
+    every: Sequence[tuple[CoefficientRows, Posterior]], confidence: float, rate: float
+) -> tuple[tuple[UnitDrift, ...], int]:
+    """Those that differ from zero, the surest first, and how many were tested."""
+    tested = []
+    for coefficient, posterior in every:
+        logs = _dated(coefficient, posterior)
+        if logs is not None:
+            tested.append((coefficient, logs, logs.probability()))
+    if not tested:
+        return (), 0
+    p = np.concatenate([of_units for _, _, of_units in tested])
+    chosen = np.split(discoveries(p, rate), np.cumsum([len(of_units) for _, _, of_units in tested])[:-1])
+    drifts = [
+        _drift(coefficient, logs.of_units(np.array([i])), float(of_units[i]), confidence)
+        for (coefficient, logs, of_units), which in zip(tested, chosen, strict=True)
+        for i in np.flatnonzero(which)
+    ]
+    return tuple(sorted(drifts, key=lambda drift: drift.p)), len(p)
+
+
+def _dated(coefficient: CoefficientRows, posterior: Posterior) -> DatedLogs | None:
+    years = coefficient.rows.conditions.get("date")
+    if years is None or not coefficient.design.repeats:
+        return None
+    names = coefficient.conditions
+    column = names.index("date") + 1 if "date" in names else None
+    return dated_logs(coefficient.design, Draws(posterior), years[coefficient.index], column)
+
+
+def _drift(coefficient: CoefficientRows, logs: DatedLogs, p: float, confidence: float) -> UnitDrift:
+    unit = int(logs.numbers[0])
+    median, low, high = logs.slope(confidence)
+    return UnitDrift(
+        unit=coefficient.unit_names[unit],
+        lot=coefficient.lot_of_unit[unit],
+        channel=coefficient.channel,
+        symbol=coefficient.symbol,
+        logs=len(logs.years),
+        slope=Quantity.of(median, (low, high), "1/year"),
+        p=p,
+    )

@@ -23,6 +23,7 @@ __all__ = [
     "StandingOut",
     "UnitCorrelation",
     "UnitDensity",
+    "UnitDrift",
 ]
 
 Array = NDArray[np.float64]
@@ -146,6 +147,33 @@ class UnitCorrelation(Result):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class UnitDrift(Result):
+    """A coefficient of one unit that changes over its repeats.
+
+    Attributes
+    ----------
+    unit, lot : str
+        Its name, and that of its lot ("" without lots).
+    channel, symbol : str
+        The coefficient.
+    logs : int
+        With dates.
+    slope : Quantity
+        Of the natural logarithm (unit "1/year"), a change of the whole fleet included.
+    p : float
+        Probability of such a slope, or a larger one, of a unit that does not drift.
+    """
+
+    unit: str
+    lot: str
+    channel: str
+    symbol: str
+    logs: int
+    slope: Quantity
+    p: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CoefficientPopulation(Result):
     """One coefficient of one channel in all units.
 
@@ -261,6 +289,10 @@ class FleetPopulation(Result):
         `confidence`.
     pairs : int
         Pairs of coefficients that ten units or more resolve.
+    drifts : tuple of UnitDrift
+        Units that change over their repeats, at `false_discovery_rate`, the surest first.
+    repeated : int
+        Coefficients of units that two logs or more resolve, 30 days or more apart.
     """
 
     FORMAT: ClassVar[str] = "allanite-fleet"
@@ -276,6 +308,8 @@ class FleetPopulation(Result):
     confidence: float
     correlations: tuple[UnitCorrelation, ...] = ()
     pairs: int = 0
+    drifts: tuple[UnitDrift, ...] = ()
+    repeated: int = 0
 
     @property
     def verdict(self) -> FleetVerdict:
