@@ -64,7 +64,7 @@ class CoefficientRows:
         keys, unit = _numbered(np.array(units, dtype=object))
         self.unit_names = tuple(key.split("\0", 1)[1] for key in keys)
         first = np.flatnonzero(np.diff(unit, prepend=-1))
-        self.lot_of_unit = tuple(rows.lot[index][i] for i in first)
+        self.lot_of_unit = tuple(rows.lot[index[first]])
         values = [rows.conditions[name][index] for name in conditions]
         varies = [len(v) > 0 and float(np.ptp(v)) > 0 for v in values]
         self.conditions = tuple(name for name, there in zip(conditions, varies, strict=True) if there)
