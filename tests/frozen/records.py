@@ -270,9 +270,38 @@ def on_tables() -> None:
     )
 
 
+def fleet() -> None:
+    """The table of thirty units in two lots, twice each a year apart: one stands out, one drifts, some give limits."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    rng, levels = np.random.default_rng(30), np.array((-4.0, -2.5, -1.5, -0.75, 0.0, 0.75, 1.5, 2.5, 4.0))
+    lines = []
+    for unit in range(30):
+        common = 0.15 * rng.standard_normal()
+        for symbol, middle in (("N", 0.25 * DEG / 60), ("K", 2 * DEG / 3600 / 60)):
+            true = np.log(middle) + common + 0.05 * rng.standard_normal() + (1.2 if unit == 4 else 0.0)
+            for year in range(2):
+                best = true + 0.03 * rng.standard_normal() + (0.5 * year if unit == 9 else 0.0)
+                knots, limit = best + 0.03 * levels, symbol == "K" and unit % 6 == 0
+                lines.append(
+                    {
+                        "log": f"u{unit:02}_{year}.csv", "unit": f"u{unit:02}", "lot": f"L{unit // 15}",
+                        "date": np.datetime64(f"202{4 + year}-03-01T00:00:00"), "channel": "gyro_x", "kind": "rate",
+                        "term": symbol, "unit_of_measure": {"N": "rad/s/√Hz", "K": "rad/s/√s"}[symbol],
+                        "profile": np.where(levels > 0, knots, -np.inf) if limit else knots,
+                        "root_at_zero": 0.0 if limit else -np.inf,
+                    }
+                )  # fmt: skip
+    types = {"profile": pa.list_(pa.float32(), 9), "root_at_zero": pa.float32(), "date": pa.timestamp("s")}
+    columns = {name: pa.array([line[name] for line in lines], types.get(name)) for name in lines[0]}
+    Path("fleet").mkdir()
+    pq.write_table(pa.table(columns), "fleet/fleet.parquet")
+
+
 def written() -> None:
     """Everything into the current folder, with copies of the sample logs of every format in `samples`."""
-    for make in (still, faulty, environment, turned, unit, on_tables):
+    for make in (still, faulty, environment, turned, unit, on_tables, fleet):
         make()
     Path("sheet.yaml").write_text(SHEET, encoding="utf-8")
     shutil.copytree(_SAMPLES, "samples")
