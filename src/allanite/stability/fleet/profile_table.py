@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +77,7 @@ class ProfileTable:
     straight: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, knots: Array, root_at_zero: Array) -> ProfileTable:
+    def of(cls, knots: NDArray[np.floating[Any]], root_at_zero: Array) -> ProfileTable:
         """From the columns of a table."""
         x, floor = np.array(knots, dtype=np.float64), np.array(root_at_zero, dtype=np.float64)
         ends, roots = _chains(x, floor)
