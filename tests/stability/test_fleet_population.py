@@ -204,6 +204,18 @@ def test_a_bent_profile_far_off_is_as_far_as_its_best_value():
     assert far.p[7] == far.p.min()
 
 
+def test_a_unit_of_one_of_two_lots_stands_out_as_it_would_alone():
+    """Two lots leave the spread between lots open, not what a unit of either lot is expected to be."""
+    rng = np.random.default_rng(18)
+    x = 0.1 * rng.normal(size=24)
+    x[5] = 1.2
+    exact = straight(x, np.full(24, 0.01))
+    of_lots = design(exact, lot=np.repeat([0, 1], 12))
+    alone = design(exact)
+    p = [departures(d, posterior_of(d)).p[5] for d in (of_lots, alone)]
+    assert max(p) < 1e-6
+
+
 def test_simes_of_one_is_itself_and_of_several_the_smallest_adjusted():
     p = np.array([[0.01, np.nan, np.nan], [0.01, 0.02, 0.9], [np.nan, np.nan, np.nan]])
     np.testing.assert_allclose(simes(p), [0.01, 0.03, 1.0])

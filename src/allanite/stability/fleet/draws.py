@@ -36,9 +36,12 @@ class Draws:
 
     def lots(self) -> Array:
         """l, shape (n_draws, n_lots)."""
-        few = self.index[:: max(1, self.posterior.lots.shape[1] // 16)]
+        step = max(1, self.posterior.lots.shape[1] // 16)
+        few = self.index[::step]
+        away = self.location[::step] - self.posterior.location[few]
         noise = self.rng.standard_normal((len(few), self.posterior.lots.shape[1]))
-        return np.asarray(self.posterior.lots[few] + self.posterior.lot_sd[few] * noise)
+        lean = np.einsum("njp,np->nj", self.posterior.lot_lean[few], away)
+        return np.asarray(self.posterior.lots[few] - lean + self.posterior.lot_sd[few] * noise)
 
     def next_unit(self) -> Array:
         """x of a unit yet to come, from a lot yet to come."""

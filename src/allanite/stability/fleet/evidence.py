@@ -188,7 +188,9 @@ class ScaleEvidence:
     covariance : ndarray, shape (p, p)
         Of beta.
     lots, lot_variance : ndarray, shape (n_lots,)
-        l, with its variance.
+        l, with its variance for a given beta.
+    lot_lean : ndarray, shape (n_lots, p)
+        By how much l falls where beta rises.
     factors : Factors
         With which it was reached.
     informed : dict of str to float
@@ -200,6 +202,7 @@ class ScaleEvidence:
     covariance: Array
     lots: Array
     lot_variance: Array
+    lot_lean: Array
     factors: Factors
     informed: dict[str, float]
 
@@ -340,13 +343,13 @@ def _solved(
         curve = _Curvature.of(design, m, units, tau)
         if gain < _GAIN:
             break
-    covariance, lot_variance = curve.inverse()
     return ScaleEvidence(
         value=value - 0.5 * curve.log_determinant + 0.5 * len(beta) * math.log(2 * math.pi),
         location=beta,
-        covariance=covariance,
+        covariance=np.asarray(np.linalg.inv(curve.schur)),
         lots=tau * u,
-        lot_variance=tau**2 * lot_variance,
+        lot_variance=tau**2 / curve.D,
+        lot_lean=tau * curve.C / curve.D[:, None],
         factors=factors,
         informed=_informed(design, scales, factors, m, curve),
     )
@@ -398,12 +401,6 @@ class _Curvature:
     def log_determinant(self) -> float:
         """Of the whole."""
         return float(np.linalg.slogdet(self.schur)[1] + np.log(self.D).sum())
-
-    def inverse(self) -> tuple[Array, Array]:
-        """Covariance of beta, and the variances of the lots."""
-        covariance = np.asarray(np.linalg.inv(self.schur))
-        lean = self.C / self.D[:, None]
-        return covariance, np.asarray(1 / self.D + np.einsum("ip,pq,iq->i", lean, covariance, lean))
 
 
 def _informed(

@@ -61,7 +61,9 @@ class Posterior:
     root : ndarray, shape (n, p, p)
         Of the covariance of beta.
     lots, lot_sd : ndarray, shape (n, n_lots)
-        l and its standard deviation for each draw.
+        l for each draw, and its standard deviation for a given beta.
+    lot_lean : ndarray, shape (n, n_lots, p)
+        By how much l falls where beta rises: what a lot is expected to be, beta + l, is known far better than each.
     mode : ScaleEvidence
         At the mode.
     resolved : frozenset of str
@@ -76,6 +78,7 @@ class Posterior:
     root: Array
     lots: Array
     lot_sd: Array
+    lot_lean: Array
     mode: ScaleEvidence
     resolved: frozenset[str]
     tails: float
@@ -124,6 +127,7 @@ def posterior_of(design: Design, progress: Callable[[float], None] | None = None
         root=np.array([np.linalg.cholesky(e.covariance) for _, e in every]),
         lots=np.array([e.lots for _, e in every]),
         lot_sd=np.sqrt([e.lot_variance for _, e in every]),
+        lot_lean=np.array([e.lot_lean for _, e in every]),
         mode=best[1],
         resolved=resolved,
         tails=tails,

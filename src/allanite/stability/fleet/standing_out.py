@@ -95,7 +95,8 @@ def _apart(design: Design, factors: Factors, posterior: Posterior, draw: int) ->
     expected = z @ posterior.location[draw] + posterior.lots[draw][design.lot[design.unit]]
     d = design.per_unit(h - t * expected) / weight
     mean_z = design.per_unit(t[:, None] * z, 0) / weight[:, None]
-    of_location = ((mean_z @ root) ** 2).sum(axis=1) + posterior.lot_sd[draw][design.lot] ** 2
+    lean = mean_z - posterior.lot_lean[draw][design.lot]
+    of_location = ((lean @ root) ** 2).sum(axis=1) + posterior.lot_sd[draw][design.lot] ** 2
     return d, 1.0 / weight + scales.unit**2 + of_location
 
 
