@@ -4,7 +4,7 @@
 The evidence of the scales gets the reference prior of a random-effects model [1]: per level and in ln tau, the root
 mean square of tau^2 / (tau^2 + v) over its groups, v the variance of what each group says. Where scales are precisely
 known that is the usual 1 / tau, of which intervals cover exactly; toward zero it falls with tau^2, so that a level that
-nobody resolves gets a limit. Tails are normal unless the units reject that at 95 %; then the share of the wide part
+nobody resolves gets a limit. Tails are normal unless the units reject that at 99 %; then the share of the wide part
 gets Beta(1, 19), one unit in twenty before the data.
 
 Draws come from Student's distribution about the mode, weighted by what the evidence says of each; a large fleet leaves
@@ -31,10 +31,10 @@ __all__ = ["WIDE_FROM", "Posterior", "posterior_of"]
 
 Array = NDArray[np.float64]
 
-#: Twice the gain in evidence from which on a fleet has units that spread more widely: 95 % of the half chi-square.
-WIDE_FROM = 2.71
+#: Twice the gain in evidence from which on a fleet has units that spread more widely: 99 % of the half chi-square.
+WIDE_FROM = 5.41
 _HALF_CHI_SQUARE = 3.84  # 97.5 %
-_DRAWS, _DEGREES = 192, 6.0
+_DRAWS, _DEGREES = 384, 6.0
 _LARGE = 4000  # logs from which on the normal distribution about the mode serves
 _BENT = 20_000
 _STEP, _LONGEST, _CLOSE, _ROUNDS = 0.1, 1.5, 0.02, 15
@@ -98,11 +98,10 @@ def posterior_of(design: Design, progress: Callable[[float], None] | None = None
     report(0.4)
     resolved = frozenset(level for level in surface.levels if surface.excludes_zero(mode, level))
     report(0.5)
-    rng = np.random.default_rng(952)
     root = np.linalg.cholesky(np.linalg.inv(bend))
     large = len(surface.design.unit) > _LARGE
-    normal = rng.standard_normal((_DRAWS, len(mode)))
-    stretch = np.ones(_DRAWS) if large else np.sqrt(_DEGREES / rng.chisquare(_DEGREES, _DRAWS))
+    normal, stretch = _even_draws(_DRAWS, len(mode))
+    stretch = np.ones(_DRAWS) if large else stretch
     normal[0] = 0.0
     points = surface.inside(mode + stretch[:, None] * (normal @ root.T))
     best = _Surface(design, wide=surface.wide).at(mode) if large else surface.at(mode)
@@ -132,6 +131,20 @@ def posterior_of(design: Design, progress: Callable[[float], None] | None = None
         resolved=resolved,
         tails=tails,
     )
+
+
+def _even_draws(n: int, dimensions: int) -> tuple[Array, Array]:
+    """Normal numbers, and what makes them Student's, spread evenly: few random draws would set every interval askew.
+
+    The additive recurrence of the generalized golden ratio, x^(d + 1) = x + 1.
+    """
+    from scipy.special import chdtri, ndtri
+
+    ratio = 2.0
+    for _ in range(40):
+        ratio = (1.0 + ratio) ** (1.0 / (dimensions + 2))
+    u = (0.5 + np.outer(np.arange(1, n + 1), ratio ** -np.arange(1.0, dimensions + 2))) % 1.0
+    return np.asarray(ndtri(u[:, :-1])), np.sqrt(_DEGREES / chdtri(_DEGREES, 1.0 - u[:, -1]))
 
 
 def _peak(design: Design, report: Callable[[float], None]) -> tuple[_Surface, Array, Array, float]:
