@@ -131,7 +131,7 @@ def test_verdict_names_terms_and_rivals(walking: Selection) -> None:
     assert "white noise and random walk (50% of the weight)" in torn.verdict
     assert "it may be white noise and flicker (40%)" in torn.verdict
     open_ = replace(walking, candidates=(first, replace(second, letters=("N", "B", "K"))))
-    assert "it may have flicker (40%) besides" in open_.verdict
+    assert "it may also have flicker (40%)" in open_.verdict
 
 
 # -- lines ------------------------------------------------------------------------------------------------

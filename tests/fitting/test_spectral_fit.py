@@ -292,7 +292,7 @@ def test_a_true_model_agrees_with_the_spectrum_and_a_wrong_one_does_not() -> Non
     wrong = disagreement(NoiseModel.of(White(N=1.03e-3), *MIXED.terms[1:]), data)
     assert wrong is not None and wrong.whole and 0.9 < wrong.ratio < 0.97
     slow = disagreement(NoiseModel.of(*MIXED.terms[:2], RandomWalk(K=1e-4)), data)
-    assert slow is not None and slow.band[1] < 0.1 and "times that of the model" in slow.words
+    assert slow is not None and slow.band[1] < 0.1 and "times that of the curve's model" in slow.words
 
 
 def test_a_hump_that_the_curve_averages_is_a_finding() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.plain_files.regular_file import regular
 from allanite.stability.fleet.levels import LEVELS
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ def read_table(source: str | Path | pa.Table) -> pa.Table:
     inner = path / "fleet.parquet"
     path = inner if inner.exists() else path
     try:
-        return pq.read_table(path)
+        return pq.read_table(regular(path))
     except (OSError, pa.ArrowInvalid) as error:
         raise InputError(f"{source}: no table of a fleet ({error})") from None
 
