@@ -132,8 +132,13 @@ def relative_links(text: str) -> list[str]:
 
 
 def test_the_description_of_the_package_has_no_relative_link() -> None:
-    text = importlib.metadata.metadata("allanite").get_payload()
+    from long_description import dynamic_metadata
+
+    text = dynamic_metadata("readme", {})["text"]
     assert text.startswith("# allanite\n") and "```console" in text
+    place = importlib.metadata.distribution("allanite").locate_file("")
+    (installed,) = Path(str(place)).glob("allanite-*.dist-info/METADATA")
+    assert installed.read_text(encoding="utf-8").partition("\n\n")[2].startswith("# allanite\n"), installed
     assert not relative_links(text) and "<!--" not in text, "if it is installed from before: make .venv/.dev"
 
 
