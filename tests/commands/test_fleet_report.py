@@ -103,7 +103,7 @@ def test_the_page_has_every_part_and_figures(population: FleetPopulation, fleet:
     assert [s.id for s in page.sections] == ["verdict", "effects", "lots", "pictures", "method", "provenance"]
     panels = sheet_of(population).panels
     assert [p.title for p in panels] == [
-        "gyro_x: population relative to its middle",
+        "gyro_x: relative to the middle",
         "N of gyro_x: 40 units",
         "B of gyro_x: 40 units",
         "gyro_x, lot by lot",
@@ -112,7 +112,7 @@ def test_the_page_has_every_part_and_figures(population: FleetPopulation, fleet:
     assert marked.x == pytest.approx([2.5 * math.degrees(MIDDLE) * 60], rel=0.15)
     with pytest.raises(InputError, match="no figure 'correlations': no two coefficients correlate"):
         sheet_of(population, view="correlations")
-    crosses = next(c for c in panels[0].curves if c.label == "unit that stands out")
+    crosses = next(c for c in panels[0].curves if c.label == "stands out")
     assert len(crosses.x) == len(population.standing_out)
     for panel in panels:
         for curve in panel.curves:

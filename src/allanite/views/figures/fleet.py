@@ -55,13 +55,13 @@ def _population(result: FleetPopulation, coefficients: Sequence[CoefficientPopul
             place,
             one,
             array([(c.middle.lower, c.middle.upper) for c in coefficients]) / middle[:, None],
-            "middle, with its interval",
+            "middle",
             "z",
         ),
         Curve(
             x=place + 0.15,
             y=array([c.tolerance[1] for c in coefficients]) / middle,
-            label=f"bound of {100 * coefficients[0].content:g} % of units",
+            label=f"{100 * coefficients[0].content:g} % bound",
             colour="limit",
             style="none",
             marker="down",
@@ -72,7 +72,7 @@ def _population(result: FleetPopulation, coefficients: Sequence[CoefficientPopul
             Curve(
                 x=array([at[s.symbol] for s in outside]),
                 y=array([s.ratio for s in outside]),
-                label="unit that stands out",
+                label="stands out",
                 colour="x",
                 style="none",
                 marker="cross",
@@ -80,7 +80,7 @@ def _population(result: FleetPopulation, coefficients: Sequence[CoefficientPopul
         )
     low, high = positive_range(*(c.y for c in curves), *(c.lower for c in curves if c.lower is not None))
     return Panel(
-        title=f"{coefficients[0].channel}: population relative to its middle",
+        title=f"{coefficients[0].channel}: relative to the middle",
         x=Axis(label="", limits=(0.4, len(place) + 0.6), names=tuple((x, s) for s, x in at.items())),
         y=Axis(label="Ratio to the middle", log=True, limits=(low / 1.2, 1.2 * high)),
         curves=tuple(curves),
