@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import re
 import zlib
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +17,11 @@ import pytest
 from tests.hostile_shapes.runs import signed
 
 from allanite.errors import AllaniteError, FormatError
-from allanite.files.store import open_run, recover
-from allanite.files.store.message import Opening, message_at
+from allanite.files.readers import read
+from allanite.files.store import message, open_run, recover
+from allanite.files.store.message import Opening
 from allanite.files.store.segment import ReadPosition
+from allanite.plain_files.arrow_numbers import arrow_of
 from log_store_runs import HEADER, numbers_of, write_run
 
 
@@ -69,30 +74,74 @@ def test_an_opening_with_columns_of_other_types_is_none() -> None:
             Opening.read(other.serialize().to_pybytes())
 
 
+def signed_batch(content: bytes, opening: Opening) -> bytes:
+    """A segment whose first batch has a checksum that agrees."""
+    start = len(opening.data)
+    facts = re.search(rb"bytes=(\d{10}) crc32=(.{8})", content[start:])
+    if facts is None:
+        return content
+    stop, crc = start + int(facts[1]), start + facts.start(2)
+    unsigned = content[:crc] + b"00000000" + content[crc + 8 :]
+    return content[:crc] + b"%08x" % zlib.crc32(unsigned[start:stop], opening.crc) + content[crc + 8 :]
+
+
 def test_a_batch_that_verifies_and_cannot_be_decoded_is_an_error_of_format(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "run", range(0, 320, 32))
     place = folder / "000001.arrows"
     content = bytearray(place.read_bytes())
     opening = Opening.read(bytes(content))
-    first = message_at(bytes(content), len(opening.data), opening)
-    start, stop = len(opening.data), first.end  # type: ignore[union-attr]
+    start = len(opening.data)
     refused = 0
-    for at in range(start + 8, start + 400):
+    for at, flip in itertools.product(range(start + 8, start + 400), (0x81, 0x02)):
         copy = bytearray(content)
-        copy[at] ^= 0x81
-        crc = copy.find(b"crc32=", start) + 6
-        if crc < start + 6 or crc > stop:
-            continue
-        copy[crc : crc + 8] = b"00000000"
-        copy[crc : crc + 8] = b"%08x" % zlib.crc32(bytes(copy[start:stop]), opening.crc)
-        place.write_bytes(bytes(copy))
+        copy[at] ^= flip
+        place.write_bytes(signed_batch(bytes(copy), opening))
         try:
             for batch in open_run(folder).batches():
                 assert batch.values.shape == (len(batch), 2)
             open_run(folder).tail(ReadPosition())
         except AllaniteError:
             refused += 1
-    assert refused > 20
+    assert refused > 40
+
+
+def test_a_batch_whose_buffers_are_too_short_is_refused_at_every_door(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Samples that are missing, and lengths of what says so (or of the samples) that no longer hold them."""
+    def with_missing(values: NDArray[Any]) -> pa.Array:
+        missing = (np.arange(len(values)) == 3) & (values.dtype.kind == "f")
+        return arrow_of(values, missing)
+
+    monkeypatch.setattr(message, "arrow_of", with_missing)
+    folder = write_run(tmp_path / "run", range(0, 96, 32))
+    monkeypatch.undo()
+    place = folder / "000001.arrows"
+    content = place.read_bytes()
+    opening = Opening.read(content)
+    start = len(opening.data)
+    stop = start + int.from_bytes(content[start + 4 : start + 8], "little")
+
+    def values() -> None:
+        recording = read(folder)
+        for name in recording.names:
+            recording.values(name)
+
+    refused: Counter[str] = Counter()
+    for at in range(start + 8, stop, 8):
+        place.write_bytes(signed_batch(content[:at] + (1).to_bytes(8, "little") + content[at + 8 :], opening))
+        doors = {
+            "values": values,
+            "batches": lambda: list(open_run(folder).batches()),
+            "tail": lambda: open_run(folder).tail(),
+            "recover": lambda: recover(folder, None),
+        }
+        for name, door in doors.items():
+            try:
+                door()
+            except AllaniteError:
+                refused[name] += 1
+    assert refused["values"] > 10
 
 
 def test_a_follower_looks_once_at_many_empty_segments(

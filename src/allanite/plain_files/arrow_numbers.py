@@ -33,8 +33,8 @@ def numbers_of(array: pa.Array | pa.ChunkedArray) -> NDArray[Any]:
 
     Raises
     ------
-    ValueError
-        A buffer is shorter than the array says.
+    pyarrow.ArrowInvalid
+        A buffer is shorter than the array says; it is a ValueError.
     """
     values, missing = whole_numbers_of(array)
     if missing.any():
@@ -47,6 +47,7 @@ def whole_numbers_of(array: pa.Array | pa.ChunkedArray) -> tuple[NDArray[Any], N
     """Copy numbers in the type of the array, with a mask of those that are missing; their values mean nothing."""
     import pyarrow as pa
 
+    array.validate()  # a file may state more values than its buffers hold
     chunks = array.chunks if isinstance(array, pa.ChunkedArray) else [array]
     dtype = np.dtype(array.type.to_pandas_dtype())
     values = [np.zeros(0, dtype), *(_values(chunk, dtype) for chunk in chunks)]

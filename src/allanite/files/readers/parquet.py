@@ -209,6 +209,7 @@ def _as_numbers(array: pa.ChunkedArray) -> pa.ChunkedArray:
     """Moments and durations as nanoseconds, decimals as floats."""
     import pyarrow as pa
 
+    array.validate()  # a file may state more values than its buffers hold
     if pa.types.is_timestamp(array.type):
         return array.cast(pa.timestamp("ns", array.type.tz)).cast(pa.int64())
     if pa.types.is_duration(array.type):

@@ -40,6 +40,7 @@ __all__ = [
     "Message",
     "NoBatch",
     "Opening",
+    "decoding",
     "encode",
     "find_message",
     "holds_batch",
@@ -165,7 +166,7 @@ class Message:
         """The samples."""
         import pyarrow as pa
 
-        with _foreign():
+        with decoding():
             message = pa.ipc.read_message(pa.py_buffer(self.data))
             read = pa.ipc.read_record_batch(message, self.opening.schema)
             counter, monotonic_ns, flags, *values = (
@@ -270,8 +271,12 @@ def samples(data: bytes, opening: Opening, utc_ns: int) -> Batch:
     """All samples of batches that are verified as one batch, at the pace of Arrow; there is at least one."""
     import pyarrow as pa
 
-    with _foreign():
-        table = pa.ipc.open_stream(pa.py_buffer(opening.data + data)).read_all().combine_chunks()
+    with decoding():
+        table = pa.ipc.open_stream(pa.py_buffer(opening.data + data)).read_all()
+        table.validate()  # before anything is copied: Arrow trusts the lengths that a message states
+        if any(column.null_count for column in table.columns[: len(TAKEN)]):
+            raise ValueError("samples without a place")
+        table = table.combine_chunks()
         columns = [
             numbers_of(column).astype(kind, copy=False)
             for column, kind in zip(table.columns, _kinds(opening), strict=True)
@@ -309,7 +314,7 @@ def _kinds(opening: Opening) -> list[type[Any]]:
 
 
 @contextmanager
-def _foreign() -> Iterator[None]:
+def decoding() -> Iterator[None]:
     """What Arrow says of a batch whose checksum agrees, and that no recorder has written."""
     import pyarrow as pa
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError
+from allanite.files.store.message import decoding
 from allanite.plain_files.arrow_numbers import numbers_of
 from allanite.plain_files.regular_file import open_regular
 from allanite.recording.channel_names import for_shell
@@ -78,8 +79,9 @@ class SegmentRows:
                 f"{self.path} has changed since it was verified: `allanite recover {for_shell(str(self.path.parent))}` "
                 "shows what is lost of the run"
             )
-        whole = pa.ipc.open_stream(pa.py_buffer(data)).read_all().column(name)
-        return numbers_of(whole)[self.skip :]
+        with decoding():
+            whole = pa.ipc.open_stream(pa.py_buffer(data)).read_all().column(name)
+            return numbers_of(whole)[self.skip :]
 
 
 class RowColumn(Calculated):
