@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pytest
+from numpy.typing import NDArray
 from tests.hostile_shapes.runs import signed
 
 from allanite.errors import AllaniteError, FormatError
@@ -109,6 +110,7 @@ def test_a_batch_whose_buffers_are_too_short_is_refused_at_every_door(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Samples that are missing, and lengths of what says so (or of the samples) that no longer hold them."""
+
     def with_missing(values: NDArray[Any]) -> pa.Array:
         missing = (np.arange(len(values)) == 3) & (values.dtype.kind == "f")
         return arrow_of(values, missing)
