@@ -6,6 +6,7 @@ PYTHON ?= python3
 VENV   ?= .venv
 JOBS   ?= 3
 FUZZ_SECONDS ?= 600
+FUZZ_SEED ?= $(shell date +%s)
 MYPY_NUM_WORKERS ?= 2
 # Some machines forbid compiled Python; hundreds of tests start the program, and each would compile it anew.
 export PYTHONDONTWRITEBYTECODE :=
@@ -31,7 +32,7 @@ verify: $(VENV)/.dev ## long statistical runs (a day on two cores; what is done 
 	$(BIN)/python -m verification
 
 fuzz: $(VENV)/.dev ## damaged files of every format and damaged runs, FUZZ_SECONDS long; what fails is kept in build/fuzz
-	$(BIN)/python -m tests.fuzz --seconds $(FUZZ_SECONDS)
+	$(BIN)/python -m tests.fuzz --seconds $(FUZZ_SECONDS) --seed $(FUZZ_SEED)
 
 frozen: $(VENV)/.dev ## what the program says, against what was frozen before a refactoring (two minutes)
 	OMP_NUM_THREADS=1 $(BIN)/python -m tests.frozen --check
