@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
 
+from allanite.errors import AllaniteError
 from allanite.files.readers.timebase import ArrayStamps, fit_grid
 from allanite.recording.health import Finding, check
 from allanite.recording.health.log import drift
@@ -125,3 +127,17 @@ def test_honest_stamps_raise_no_alarm() -> None:
         ):
             alarms += [(seed, name) for _ in drift(stamped(stamps, np.zeros(n)))]
     assert not alarms
+
+
+def test_records_of_few_values_are_looked_through_whatever_their_size() -> None:
+    """Mostly one value, or values at the ends of the range of float64: no scale that is divided by may be 0."""
+    rng = np.random.default_rng(1)
+    ends = [0.0, -1.0, 32767.0, 1e300, 1e-300, 5e-324, -999.0, np.nan, 1 / 3]
+    for _ in range(400):
+        n = int(rng.integers(1, 120))
+        few = rng.choice(rng.choice(ends, int(rng.integers(1, 4))), n)
+        walk = np.cumsum(rng.standard_normal(n))
+        noise = [walk, np.round(1000 * walk), 1e-9 * walk][int(rng.integers(3))]
+        values = np.where(rng.random(n) < rng.choice([0.0, 0.05, 0.3, 0.6]), noise, few)
+        with suppress(AllaniteError):
+            check(Recording.from_rate(values, rate=100.0, unit="LSB"))

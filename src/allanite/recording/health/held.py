@@ -141,10 +141,11 @@ def by_chance(survey: ChannelSurvey) -> float:
     if len(jump) == 0:
         return 1.0
     middle = float(np.median(np.abs(jump)))
-    square = float(np.mean(np.minimum(np.abs(jump), 5.0 * middle) ** 2))
+    with np.errstate(over="ignore"):  # in steps: the squares of values near 1e-200 are 0
+        square = float(np.mean((np.minimum(np.abs(jump), 5.0 * middle) / step) ** 2))
     share = 0.0
     for _ in range(8):
-        share = min(step / math.sqrt(2.0 * math.pi * square * (1.0 - share)), 0.95)
+        share = min(1.0 / math.sqrt(max(2.0 * math.pi * square * (1.0 - share), 1e-9)), 0.95)
     return share
 
 

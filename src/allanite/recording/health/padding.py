@@ -116,7 +116,7 @@ def _word(survey: ChannelSurvey, value: float) -> _Word | None:
     spread = max(0.5 * float(high - low), _noise(survey, value), 0.5 * step)
     away = abs(float(level) - value)
     near = float(np.quantile(np.abs(rest - value), STRAYS))
-    if away < FAR * spread or near < max(APART * away, STEPS_APART * step):
+    if spread == 0.0 or away < FAR * spread or near < max(APART * away, STEPS_APART * step):
         return None
     return _Word(value, away / spread)
 
