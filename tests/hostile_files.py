@@ -58,7 +58,7 @@ PATCHED = ("ardupilot", "ulog", "tdms", "hdf5", "matlab", "rosbag", "spreadsheet
 #: Imported before the first fork: what the libraries need for themselves does not count.
 _IMPORTED = (
     "allanite.recording.calibration", "allanite.commands.cli", "allanite.study.datasheet", "allanite.commands",
-    "allanite.views.terminal",
+    "allanite.views.terminal.page", "allanite.views.terminal.study",
     "allanite.acquisition.instruments.serial_imu.description", "allanite.files.store", "allanite.study.model_file",
     "allanite.files.readers.raw_layout", "allanite.study.results", "h5py", "nptdms", "pyarrow.csv", "pyarrow.feather",
     "pyarrow.ipc", "pyarrow.parquet", "pymavlink.dialects.v20.common", "python_calamine", "pyulog", "rdata",

@@ -22,6 +22,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 import allanite
@@ -273,6 +274,48 @@ def test_public_types_load_only_the_standard_library_and_numpy() -> None:
     )
     loaded = {name.partition(".")[0] for name in fresh("-c", code).split()}
     assert loaded - set(sys.stdlib_module_names) <= {"allanite", "numpy"}
+
+
+#: What `info` and `characterize --json` have no use for: a second of imports.
+IDLE = (
+    "pandas",
+    "matplotlib",
+    "plotly",
+    "scipy.stats",
+    "jinja2",
+    "ruamel",
+    "starlette",
+    "allanite.views.report",
+)
+
+
+@pytest.mark.parametrize(
+    ("line", "idle"),
+    [
+        ("--help", (*IDLE, "numpy", "scipy", "pyarrow", "rich")),
+        (
+            "info log.csv",
+            (*IDLE, "scipy", "allanite.fitting", "allanite.experiments", "allanite.study.study"),
+        ),
+        ("info log.csv --json", (*IDLE, "scipy", "rich", "allanite.fitting", "allanite.study.study")),
+        ("characterize log.csv --json", (*IDLE, "rich", "allanite.views.study", "allanite.experiments")),
+        ("characterize log.csv --out study", ("pandas", "matplotlib", "scipy.stats")),
+    ],
+)
+def test_a_command_loads_only_what_it_needs(tmp_path: Path, line: str, idle: tuple[str, ...]) -> None:
+    rows = np.column_stack([np.arange(4000) / 100, np.random.default_rng(1).normal(0, 1e-3, 4000)])
+    np.savetxt(tmp_path / "log.csv", rows, "%.9g", ",", header="time [s],gyro [rad/s]", comments="")
+    code = (
+        "import sys; from allanite.__main__ import main\n"
+        f"sys.argv = ['allanite', *{line.split()!r}]\n"
+        "try: main()\n"
+        f"finally: print(*(name for name in {idle!r} if name in sys.modules), file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], check=False, timeout=120, capture_output=True, text=True, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines()[-1].split() == []
 
 
 def costs(*commands: tuple[str, ...]) -> list[float]:

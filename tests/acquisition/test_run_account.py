@@ -25,7 +25,7 @@ from allanite.acquisition.instruments.simulated import SimulatedInstrument
 from allanite.commands.run_account import account_of, kept_in
 from allanite.errors import InstrumentError
 from allanite.files.store import Batch, Disk, Header, LogStore, open_run, recover, writing
-from allanite.views.terminal import journal
+from allanite.views.terminal.capture import journal
 from scripted_instrument import GONE, GYRO, PATIENT, QUICK, SAME, Scripted, Step, block
 from shell import Done, Run
 

@@ -27,8 +27,6 @@ from allanite.study.model_file import load_models, model_of
 from remade import without_links
 from shell import Run
 
-pytestmark = pytest.mark.usefixtures("every_still")
-
 MODEL = "N=0.3 deg/√h, B=5 deg/h, K=20 deg/h/√h"
 
 
@@ -268,7 +266,7 @@ def test_a_narrow_terminal_hides_nothing(run: Run, folder: Path, monkeypatch: py
     assert "…" not in customary + si
     assert max(map(len, (customary + si).splitlines())) <= 70
     model = al.Study.load(folder / "results" / "study.json")["gyro"].models[0]
-    from allanite.views.wording import reading
+    from allanite.views.wording.study import reading
 
     for estimate in model.estimates:
         found = reading("rate", "", estimate)

@@ -24,7 +24,7 @@ from allanite.views.blocks import TableBlock
 from allanite.views.figures import sheet_of
 from allanite.views.registry import document_of
 from allanite.views.report import html_of, page_of
-from allanite.views.wording import scale_unit
+from allanite.views.wording.rate_table import scale_unit
 from shell import Run
 
 MODEL = "N=0.3 deg/√h, B=5 deg/h"

@@ -26,8 +26,6 @@ from allanite.views.report import html_of, render_file
 from remade import without_links
 from shell import Run
 
-pytestmark = pytest.mark.usefixtures("every_still")
-
 Array = NDArray[np.float64]
 
 DEG_H = math.pi / 180 / 3600

@@ -24,7 +24,7 @@ from allanite.commands.capture import new_folder
 from allanite.commands.cli import cli
 from allanite.errors import InstrumentError, StorageError
 from allanite.files.store import open_run
-from allanite.views.terminal import journal, show_captured
+from allanite.views.terminal.capture import journal, show_captured
 from scripted_instrument import PATIENT, QUICK, Scripted, block
 from shell import Run
 

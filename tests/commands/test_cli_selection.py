@@ -19,7 +19,7 @@ from allanite.recording.records import Recording
 from allanite.views.blocks import TableBlock
 from allanite.views.figures import sheet_of
 from allanite.views.report import html_of, page_of
-from allanite.views.wording import weight_words
+from allanite.views.wording.selection import weight_words
 from pages import Balance, document_of, text_of
 from shell import Run
 

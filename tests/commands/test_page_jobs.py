@@ -37,8 +37,6 @@ from page_client import Browser, application, noise, small_log
 from pages import text_of
 from shell import Run
 
-pytestmark = pytest.mark.usefixtures("every_still")
-
 STATIC = Path(al.__file__).parent / "commands" / "page" / "static"
 DWELL, RATE, LATITUDE = 20.0, 10.0, -23.31
 

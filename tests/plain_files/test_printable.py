@@ -21,8 +21,6 @@ from allanite.commands.cli import main
 from allanite.plain_files.printable import Shielded, printable
 from sample_study import build
 
-pytestmark = pytest.mark.usefixtures("every_still")
-
 _SOURCE = Path(__file__).parents[2] / "src" / "allanite"
 _COMMANDING = {"Cc", "Cf", "Cs", "Zl", "Zp"}
 _HOSTILE = "g\x1b]0;owned\x07\x1b[2J\x9b31m\u202ex"

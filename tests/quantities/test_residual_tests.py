@@ -16,7 +16,7 @@ from allanite.quantities.residual_tests import (
     scatter_check,
     size_check,
 )
-from allanite.views.wording import check_wordings
+from allanite.views.wording.rates import check_wordings
 
 
 def test_laws_are_those_of_the_textbooks() -> None:

@@ -12,7 +12,7 @@ from allanite.recording.cleaning import clean
 from allanite.recording.health import CATALOGUE, Finding, Severity, check
 from allanite.recording.health.catalogue import LOOK_ALIKES
 from allanite.recording.records import Channel, Recording
-from allanite.views import wording
+from allanite.views.wording.findings import movement, said_of
 from channel_faults import FAULTS
 from noise_records import record
 
@@ -118,7 +118,7 @@ def test_one_wild_first_row_is_a_wild_first_row(rng: np.random.Generator) -> Non
     found = codes(of_six(y))
     assert set(found) == {"spikes"}
     assert all(f.message.startswith("the first sample is far from those after it") for f in found["spikes"])
-    (entry,) = wording.said_of(found["spikes"])
+    (entry,) = said_of(found["spikes"])
     assert entry.startswith("gyro_x, gyro_y, gyro_z, acc_x, acc_y and acc_z. gyro_")
 
 
@@ -163,7 +163,7 @@ def test_what_is_said_of_one_channel_names_it(name: str) -> None:
             risk="",
             count=1,
         )
-        assert wording.said_of([one]) == [f"{name}: the samples are still"]
+        assert said_of([one]) == [f"{name}: the samples are still"]
 
 
 def test_motion_comes_before_everything_else(rng: np.random.Generator) -> None:
@@ -173,7 +173,7 @@ def test_motion_comes_before_everything_else(rng: np.random.Generator) -> None:
     found = check(of_six(y))
     assert found[0].code in ("motion", "not_at_rest")
     assert "clipping" in {f.code for f in found}
-    words = wording.movement(found)
+    words = movement(found)
     assert words is not None
     assert words.startswith("The unit moved during this log")
-    assert wording.movement(check(of_six(six(rng)))) is None
+    assert movement(check(of_six(six(rng)))) is None

@@ -22,7 +22,7 @@ from allanite.noise import NoiseModel
 from allanite.recording.health import Finding
 from allanite.views.figures import sheet_of
 from allanite.views.report import page_of
-from allanite.views.terminal import show_document
+from allanite.views.terminal.page import show_document
 from bettered import bettered
 
 OLD = sorted((Path(__file__).parent / "documents").glob("study-1-*.json"))

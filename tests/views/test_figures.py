@@ -9,12 +9,8 @@ import subprocess
 import sys
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 import allanite as al
 import sample_study
@@ -23,7 +19,8 @@ from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp,
 from allanite.views.figures import matplotlib as paper
 from allanite.views.figures import plotly as screen
 from allanite.views.figures import sheet_of
-from allanite.views.figures.panel import DARK, LIGHT, Axis, Curve, Panel, Sheet
+from allanite.views.figures.panel import DARK, LIGHT, Panel
+from allanite.views.figures.picture import svg
 
 DEG_H = math.radians(1) / 3600
 VIEWS = ("channels", "groups", "spectrum", "record")
@@ -208,41 +205,6 @@ def test_paper_and_screen_show_the_same(study: dict[str, Any], view: str) -> Non
     assert len(names) == sum(bool(c.label) for c in lines)
 
 
-AXES = {
-    "powers_of_ten": {
-        "x": Axis(label="τ [s]", log=True, limits=(1e-5, 1e7)),
-        "y": Axis(label="dev", log=True),
-    },
-    "within_a_decade": {"x": Axis(label="f [Hz]", log=True, limits=(1.2, 9.0)), "y": Axis(label="dev")},
-    "small_and_large": {
-        "x": Axis(label="t [s]", limits=(0.0, 4e7)),
-        "y": Axis(label="", limits=(-2e-7, 3e-7)),
-    },
-    "words_at_ticks": {
-        "x": Axis(label="take", names=((1, "one"), (2, "two\nlines"))),
-        "y": Axis(label="rate"),
-    },
-}
-
-
-def pixels(drawn: Figure) -> NDArray[np.uint8]:
-    canvas = FigureCanvasAgg(drawn)
-    with mpl.rc_context(paper._RC):
-        canvas.draw()
-    return np.asarray(canvas.buffer_rgba()).copy()
-
-
-@pytest.mark.parametrize("kind", AXES)
-def test_a_still_picture_has_the_axes_of_matplotlib_to_the_pixel(kind: str) -> None:
-    curve = Curve(x=np.array([1.0, 1.5, 2.0]), y=np.array([1e-7, 2e-7, 3e-7]), label="curve", colour="ink")
-    shown = Panel(title="panel", curves=(curve,), **AXES[kind])  # type: ignore[arg-type]
-    for rows in (((shown,), (shown,)), ((shown, shown),)):
-        sheet = Sheet(rows=rows)
-        zoomed, still = (pixels(paper._figure(sheet, dark=True, still=s)) for s in (False, True))
-        assert np.ptp(zoomed) > 100  # there is ink
-        np.testing.assert_array_equal(still, zoomed)
-
-
 @pytest.mark.parametrize("view", ["channels", "groups"])
 def test_equal_decades_are_square_on_paper(study: dict[str, Any], view: str) -> None:
     drawn = paper.figure(sheet_of(study, view=view))
@@ -262,7 +224,7 @@ def test_every_paper_format_is_written(study: dict[str, Any], suffix: str) -> No
 
 def test_the_same_study_gives_the_same_picture(study: dict[str, Any]) -> None:
     sheet = sheet_of(study["channels"][0])
-    first, second = paper.svg(sheet), paper.svg(sheet)
+    first, second = svg(sheet), svg(sheet)
     assert first == second
     assert "N = 0.30012 deg/√h" in first
     assert "date" not in first.lower()

@@ -21,6 +21,7 @@ from allanite.views.figures import sheet_of
 from allanite.views.figures.correlation import correlation
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words
 from allanite.views.figures.panel import DARK, LIGHT, Curve, Panel, Sheet
+from allanite.views.figures.picture import svg
 from allanite.views.figures.sphere import SPOT_LOOKS, Spot, sphere, sphere_panel
 from allanite.views.registry import document_of
 from sample_calibration import DEG_H, LEFT_OUT, MG, OPEN, OUTLIER, estimate
@@ -301,7 +302,7 @@ def test_every_colour_has_a_value_in_both_palettes() -> None:
         p.fill for p in parts if isinstance(p, DrawnShape) and p.fill
     }
     assert colours <= set(LIGHT) & set(DARK)
-    assert paper.svg(Sheet(rows=((sphere_panel([Spot(up=(1, 0, 0), label="1")]),),)))
+    assert svg(Sheet(rows=((sphere_panel([Spot(up=(1, 0, 0), label="1")]),),)))
 
 
 def test_unknown_views_and_views_without_anything_are_refused() -> None:

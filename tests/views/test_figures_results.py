@@ -28,6 +28,7 @@ from allanite.views.figures import plotly as screen
 from allanite.views.figures import sheet_of
 from allanite.views.figures.drawing import DrawnShape, Words, arrow, box
 from allanite.views.figures.panel import DARK, LIGHT, SPAN_LOOKS, Curve, Panel, Sheet
+from allanite.views.figures.picture import svg
 from allanite.views.figures.records import overview
 from allanite_seed_paper import twin as seed_paper
 
@@ -444,7 +445,7 @@ def test_every_axis_says_its_unit(sheets: dict[str, Sheet], kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["earth rate", "north"])
 def test_the_dark_figure_has_no_colour_of_the_light_one(sheets: dict[str, Sheet], kind: str) -> None:
-    text = paper.svg(sheets[kind], dark=True)
+    text = svg(sheets[kind], dark=True)
     shared = set(LIGHT.values()) & set(DARK.values())
     assert not [colour for colour in LIGHT.values() if colour in text and colour not in shared]
     layout = screen.figure(sheets[kind], dark=True).layout

@@ -21,8 +21,8 @@ from allanite.views import calibration as shown
 from allanite.views.figures import sheet_of
 from allanite.views.figures.calibration import parameter_panels
 from allanite.views.report import html_of, render_file
-from allanite.views.terminal import show_document
-from allanite.views.wording import calibration_name, parameter_groups
+from allanite.views.terminal.page import show_document
+from allanite.views.wording.calibration import calibration_name, parameter_groups
 from pages import Balance, document_of, text_of
 from sample_calibration import LEFT_OUT, MG, OPEN, OUTLIER, estimate
 

@@ -12,11 +12,22 @@ import sample_study
 from allanite.fitting.estimates import limit_estimate
 from allanite.noise import Estimate, RandomWalk, White
 from allanite.quantities.display_units import si_unit
-from allanite.quantities.number_words import probability
+from allanite.quantities.number_words import interval, number, probability, with_sd
 from allanite.recording.health import Finding, Severity
 from allanite.study.results import ChannelModels
 from allanite.study.study import Study
-from allanite.views import wording
+from allanite.views.wording.findings import finding_kinds, worst
+from allanite.views.wording.provisos import provisos
+from allanite.views.wording.rates import sentence
+from allanite.views.wording.study import (
+    cautions,
+    groups,
+    headings,
+    key_numbers,
+    limit_words,
+    reading,
+    readings,
+)
 
 
 @pytest.mark.parametrize(
@@ -36,7 +47,7 @@ from allanite.views import wording
     ],
 )
 def test_number_keeps_three_digits(value: float | None, text: str) -> None:
-    assert wording.number(value) == text
+    assert number(value) == text
 
 
 @pytest.mark.parametrize(
@@ -55,7 +66,7 @@ def test_number_keeps_three_digits(value: float | None, text: str) -> None:
 def test_interval_shows_the_second_digit_of_the_half_width_and_one_exponent(
     value: float, lower: float, upper: float | None, texts: tuple[str, str, str]
 ) -> None:
-    assert wording.interval(value, lower, upper) == texts
+    assert interval(value, lower, upper) == texts
 
 
 def test_a_probability_is_small_below_a_thousandth() -> None:
@@ -69,13 +80,13 @@ def test_a_probability_is_small_below_a_thousandth() -> None:
 
 @pytest.mark.parametrize("value", [1e-300, 3.7e-12, 1.0, 5.5e5, 1e300])
 def test_rounding_moves_a_number_by_less_than_half_a_percent(value: float) -> None:
-    assert float(wording.number(value)) == pytest.approx(value, rel=5e-3)
+    assert float(number(value)) == pytest.approx(value, rel=5e-3)
 
 
 def test_people_read_the_coefficient_that_si_holds() -> None:
     value, lower, upper = (math.radians(n) / 60 for n in (0.3, 0.29, 0.31))
     estimate = Estimate(symbol="N", value=value, lower=lower, upper=upper, supported=True)
-    found = wording.reading("rate", "", estimate)
+    found = reading("rate", "", estimate)
     assert found.text == "0.300 [0.290, 0.310] deg/√h"
     assert found.si_unit == "rad/s/√Hz"
     assert float(found.si) == pytest.approx(math.radians(0.3) / 60, rel=1e-3)
@@ -84,7 +95,7 @@ def test_people_read_the_coefficient_that_si_holds() -> None:
 @pytest.mark.parametrize("upper", [math.nan, math.inf])
 def test_a_set_without_upper_end_is_said_to_be_unbounded(upper: float) -> None:
     estimate = Estimate(symbol="K", value=None, lower=0.0, upper=upper, supported=False)
-    assert wording.reading("rate", "", estimate).value == "not bounded"
+    assert reading("rate", "", estimate).value == "not bounded"
 
 
 def test_si_units_follow_the_kind() -> None:
@@ -111,42 +122,42 @@ def test_channels_are_grouped_by_unit_and_by_name_where_there_is_none() -> None:
         channel("gy", "unknown"),
         channel("w", "rate", "deg/s"),
     ]
-    found = wording.groups([*made, channel("v", "rate", "rad/s")])
+    found = groups([*made, channel("v", "rate", "rad/s")])
     assert [[c.name for c in g.channels] for g in found] == [["gx", "gy"], ["ax"], ["w", "v"]]
     assert [g.title for g in found] == ["gx, gy (unknown unit)", "ax (unknown unit)", "Gyroscope"]
 
 
 def test_key_numbers_say_what_is_resolved_where_and_what_is_bounded_elsewhere() -> None:
-    gyro, accelerometer = wording.groups(Study.from_json(sample_study.build()).channels)
-    white, _, walk, _ = wording.key_numbers(gyro)
+    gyro, accelerometer = groups(Study.from_json(sample_study.build()).channels)
+    white, _, walk, _ = key_numbers(gyro)
     assert (white.name, white.value, white.unit) == ("Angle random walk N", "0.270 to 0.320", "deg/√h")
     assert white.beside == "all three channels"
     assert walk.beside == "gyro_x; gyro_y and gyro_z below 7.8 deg/h/√h"
-    assert wording.limit_words(gyro) == ""
-    assert wording.limit_words(accelerometer).startswith("Not resolved: Q below")
+    assert limit_words(gyro) == ""
+    assert limit_words(accelerometer).startswith("Not resolved: Q below")
 
 
 def test_doubts_are_stated_by_channel() -> None:
-    gyro, _ = wording.groups(Study.from_json(sample_study.build()).channels)
-    doubts = wording.cautions(gyro.channels)
+    gyro, _ = groups(Study.from_json(sample_study.build()).channels)
+    doubts = cautions(gyro.channels)
     undecided = "gyro_y: the record cannot decide between two models. The Gauss-Markov family gives N 0.3"
     assert any(s.startswith(undecided) for s in doubts)
     assert any("does not explain the curve of gyro_z (p < 0.001)" in s for s in doubts)
 
 
 def test_the_limit_of_several_channels_is_the_largest() -> None:
-    _, accelerometer = wording.groups(Study.from_json(sample_study.build()).channels)
-    limits = [r.amount for c in accelerometer.channels if (r := wording.readings(c)["Q"])]
+    _, accelerometer = groups(Study.from_json(sample_study.build()).channels)
+    limits = [r.amount for c in accelerometer.channels if (r := readings(c)["Q"])]
     assert all(amount is not None and amount <= 1.37e-6 for amount in limits)
-    assert "Q below 1.4e-06 m/s" in wording.limit_words(accelerometer)
+    assert "Q below 1.4e-06 m/s" in limit_words(accelerometer)
 
 
 def test_an_accepted_finding_comes_after_an_open_one_of_its_severity() -> None:
     findings = [Finding.from_json(f) for f in sample_study.build()["findings"]]
-    assert next(f.code for kind in wording.finding_kinds(findings) for f in kind) == "clipping"
-    worst = wording.worst(f for f in findings if not f.accepted)
-    assert worst is not None and worst.code == "gap"
-    assert wording.worst(f for f in findings if f.severity is Severity.INFO) is None
+    assert next(f.code for kind in finding_kinds(findings) for f in kind) == "clipping"
+    gravest = worst(f for f in findings if not f.accepted)
+    assert gravest is not None and gravest.code == "gap"
+    assert worst(f for f in findings if f.severity is Severity.INFO) is None
 
 
 # -- standard deviations ----------------------------------------------------------------------------------
@@ -165,14 +176,14 @@ def test_an_accepted_finding_comes_after_an_open_one_of_its_severity() -> None:
 def test_a_value_has_no_digit_beyond_its_standard_deviation(
     value: float | None, sd: float, text: str
 ) -> None:
-    assert wording.with_sd(value, sd, "deg/h") == text
+    assert with_sd(value, sd, "deg/h") == text
 
 
 def test_a_name_stays_as_it_is_written_where_a_sentence_begins() -> None:
     names = ["x", "gyro_x"]
-    assert wording.sentence("gyro_x in N", names) == "gyro_x in N."
-    assert wording.sentence("x: its lags", names) == "x: its lags."
-    assert wording.sentence("xenon is heavy", names) == "Xenon is heavy."
+    assert sentence("gyro_x in N", names) == "gyro_x in N."
+    assert sentence("x: its lags", names) == "x: its lags."
+    assert sentence("xenon is heavy", names) == "Xenon is heavy."
 
 
 def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:
@@ -192,8 +203,8 @@ def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:
     ]
     model = al.NoiseModel(terms=(), family="gauss-markov", estimates=tuple(estimates))
     channel = ChannelModels(name="gyro", kind="rate", unit="", models=(model,))
-    (group,) = wording.groups([channel])
-    heads = wording.headings(group)
+    (group,) = groups([channel])
+    heads = headings(group)
     assert list(heads) == ["N", "B", "T", "B_2", "T_2", "amplitude", "frequency", "amplitude_2"]
     assert [head for head, _ in heads.values()] == ["N", "B", "T_b", "B_2", "T_b2", "line", "f", "line_2"]
     assert (
@@ -201,7 +212,7 @@ def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:
         and heads["frequency"][1] == "Hz"
         and heads["amplitude_2"][1] == heads["amplitude"][1]
     )
-    assert wording.readings(channel)["B_2"].equivalent
+    assert readings(channel)["B_2"].equivalent
     assert si_unit("rate", "T_2") == "s" and si_unit("rate", "frequency") == "Hz"
     assert group.name_of("T_2") == "correlation time, number 2"
 
@@ -211,10 +222,10 @@ def test_a_limit_of_noise_that_is_there_is_not_read_as_none() -> None:
     truth = al.NoiseModel.of(White(N=2e-5), RandomWalk(K=3.5e-6))
     (channel,) = al.characterize(al.simulate(truth, rate=20.0, duration=200.0, seed=1)).channels
     assert not any(e.supported for e in channel.models[0].estimates if e.symbol in "BKR")
-    (said,) = wording.provisos([channel])
+    (said,) = provisos([channel])
     assert "Low-frequency noise is present" in said and "given as an upper limit" in said
     clear = al.characterize(al.simulate(al.NoiseModel.of(White(N=1e-4)), rate=20.0, duration=200.0, seed=1))
-    assert wording.provisos(clear.channels) == []
+    assert provisos(clear.channels) == []
 
 
 @pytest.mark.parametrize(
@@ -224,5 +235,5 @@ def test_a_limit_of_noise_that_is_there_is_not_read_as_none() -> None:
 def test_white_noise_that_is_needed_is_not_called_slow(symbols: list[str], said: str) -> None:
     estimates = tuple(limit_estimate(s, 1.0, "; the record needs this term or one like it") for s in symbols)
     model = al.NoiseModel(terms=(), estimates=estimates)
-    (words,) = wording.provisos([ChannelModels(name="x", kind="rate", unit="", models=(model,))])
+    (words,) = provisos([ChannelModels(name="x", kind="rate", unit="", models=(model,))])
     assert words.startswith("x: ") and said in words

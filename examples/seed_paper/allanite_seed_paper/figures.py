@@ -22,6 +22,7 @@ import numpy as np
 from allanite.errors import InputError
 from allanite.noise import FLICKER_FLOOR, Flicker, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.quantities.earth import EARTH_RATE
+from allanite.quantities.number_words import number
 from allanite.study.results import ChannelStudy
 from allanite.study.study import Study
 from allanite.views.figures.aided import (
@@ -47,7 +48,6 @@ from allanite.views.figures.panel import (
     positive_range,
 )
 from allanite.views.figures.turned import turned_panel, window_panels
-from allanite.views.wording import number
 from allanite_seed_paper import twin
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from typing import Any
 
 from allanite.experiments.aided_readings import AidedMeans
 from allanite.plain_files.counted import listed
+from allanite.quantities.number_words import duration, number
 from allanite.views.blocks import (
     Banner,
     Cell,
@@ -30,17 +31,8 @@ from allanite.views.blocks import (
 from allanite.views.pieces import Figure
 from allanite.views.rates import ROSENBERG, SEED
 from allanite.views.reference_aided import READINGS, aided_banner, aided_table
-from allanite.views.wording import (
-    DEG_H,
-    KeyNumber,
-    capitalised,
-    duration,
-    estimate_of,
-    known_rate,
-    number,
-    sentence,
-    share,
-)
+from allanite.views.wording.rates import DEG_H, capitalised, estimate_of, known_rate, sentence, share
+from allanite.views.wording.study import KeyNumber
 from allanite_seed_paper.words import TONE_OF, take_name, week_lines, week_words
 
 __all__ = ["page"]

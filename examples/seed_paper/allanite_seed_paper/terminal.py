@@ -9,9 +9,10 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from allanite.quantities.number_words import number
 from allanite.views.terminal.console import console, table_of
 from allanite.views.terminal.parts import TONES
-from allanite.views.wording import DEG_H, capitalised, estimate_of, number
+from allanite.views.wording.rates import DEG_H, capitalised, estimate_of
 from allanite_seed_paper.words import TONE_OF, take_name, week_lines
 
 __all__ = ["show_demonstration"]

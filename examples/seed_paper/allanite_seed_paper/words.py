@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from allanite.experiments.earth_rate.verdict import EarthRateVerdict
-from allanite.views.wording import DEG, interval, number
+from allanite.quantities.number_words import interval, number
+from allanite.views.wording.rates import DEG
 
 __all__ = ["TONE_OF", "WeekLine", "take_name", "week_lines", "week_words"]
 

@@ -196,8 +196,6 @@ def write_measurement(
     StorageError
         One of the files exists and `force` is not given, or the disk refuses.
     """
-    from allanite.views.report import render
-
     if measured.write is not None:
         return measured.write(folder, figure, force=force)
     refuse_measurement(folder, figure, measured.name, measured.tables, force=force)
@@ -205,6 +203,8 @@ def write_measurement(
     drawn_over = {} if overviews is None else {"recording": overviews}
     files = [] if figure is None else [save_figure(measured.result, figure, force=force, **drawn_over)]
     if folder is not None:
+        from allanite.views.report import render
+
         place = Path(folder)
         make_folder(place)
         beside = [save_json(measured.plain, place / f"{measured.name}.json", force=force)]

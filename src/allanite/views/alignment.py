@@ -15,16 +15,8 @@ from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Details, Hero, Page, PageBlock, References, Text, equation, pairs, table
 from allanite.views.rates import ROSENBERG, angle_budget, checks_table
 from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
-from allanite.views.wording import (
-    DEG,
-    angle,
-    arcs_words,
-    capitalised,
-    check_wordings,
-    direction_words,
-    model_words,
-    sentence,
-)
+from allanite.views.wording.north import arcs_words, direction_words
+from allanite.views.wording.rates import DEG, angle, capitalised, check_wordings, model_words, sentence
 
 __all__ = ["rows", "view"]
 

@@ -17,7 +17,7 @@ from allanite.recording.health import Finding
 from allanite.study.results import ChannelModels
 from allanite.views.figures import sheet_of
 from allanite.views.pieces import Figure, origin_rows
-from allanite.views.wording import ChannelGroup, CoefficientWording, KeyNumber, headings, readings
+from allanite.views.wording.study import ChannelGroup, CoefficientWording, KeyNumber, headings, readings
 
 __all__ = [
     "Banner",

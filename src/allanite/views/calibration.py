@@ -32,18 +32,8 @@ from allanite.views.blocks import (
 )
 from allanite.views.rates import checks_table
 from allanite.views.result_page import advice, findings_of, result_page, verdict_banner
-from allanite.views.wording import (
-    DEG_H,
-    angle,
-    calibration_name,
-    capitalised,
-    check_wordings,
-    model_words,
-    parameter_groups,
-    rest_unit,
-    sensor_words,
-    sentence,
-)
+from allanite.views.wording.calibration import calibration_name, parameter_groups, rest_unit, sensor_words
+from allanite.views.wording.rates import DEG_H, angle, capitalised, check_wordings, model_words, sentence
 
 __all__ = ["rows", "view"]
 

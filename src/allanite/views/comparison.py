@@ -32,7 +32,7 @@ from allanite.views.blocks import (
     table,
 )
 from allanite.views.result_page import advice, result_page, verdict_banner
-from allanite.views.wording import model_words
+from allanite.views.wording.rates import model_words
 
 __all__ = ["rows", "view"]
 

@@ -18,7 +18,7 @@ from allanite.study.datasheet import (
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Cell, Page, PageBlock, References, Subheading, Text, pairs, table
 from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
-from allanite.views.wording import model_words
+from allanite.views.wording.rates import model_words
 
 __all__ = ["rows", "view"]
 

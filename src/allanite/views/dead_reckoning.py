@@ -13,7 +13,8 @@ from allanite.quantities.quantity import interval_words
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Hero, Page, PageBlock, References, Text, pairs, table
 from allanite.views.result_page import advice, pictures, result_page
-from allanite.views.wording import BUDGET_QUANTITIES, DEG, angle, model_words, quantity_words, sentence
+from allanite.views.wording.dead_reckoning import BUDGET_QUANTITIES, quantity_words
+from allanite.views.wording.rates import DEG, angle, model_words, sentence
 
 __all__ = ["rows", "view"]
 

@@ -13,7 +13,7 @@ from allanite.quantities.quantity import Quantity, QuantityStatus
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Page, PageBlock, References, Subheading, Text, table
 from allanite.views.result_page import pictures, result_page
-from allanite.views.wording import drift_unit
+from allanite.views.wording.difference import drift_unit
 from allanite.views.wording.study import COLUMNS, column_of, reading, shown_symbol
 
 __all__ = ["ratio_words", "rows", "view"]

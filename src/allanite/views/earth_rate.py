@@ -35,15 +35,11 @@ from allanite.views.rates import (
     rate_budget,
 )
 from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
-from allanite.views.wording import (
-    angle,
+from allanite.views.wording.rates import angle, budget_lines, check_wordings, model_words, signed
+from allanite.views.wording.turned_axis import (
     axis_facts,
-    budget_lines,
-    check_wordings,
     earth_rate_lines,
     function_of_latitude,
-    model_words,
-    signed,
     turn_words,
     unstated_words,
 )

@@ -12,7 +12,7 @@ from allanite.stability.environment import Environment, EnvironmentFacts, Hyster
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Cell, Page, PageBlock, References, Text, drawn, pairs, table
 from allanite.views.result_page import advice, findings_of, result_page, verdict_banner
-from allanite.views.wording import model_words, sentence
+from allanite.views.wording.rates import model_words, sentence
 
 __all__ = [
     "coefficient_table",

@@ -12,7 +12,7 @@ from allanite.quantities.number_words import duration, number, probability, with
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Page, PageBlock, References, Text, equation, pairs, table
 from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
-from allanite.views.wording import model_words
+from allanite.views.wording.rates import model_words
 
 __all__ = ["view"]
 

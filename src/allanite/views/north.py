@@ -13,7 +13,8 @@ from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Hero, Page, PageBlock, References, Text, equation, pairs, table
 from allanite.views.rates import ROSENBERG, angle_budget, checks_table, contradiction_banners
 from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
-from allanite.views.wording import angle, arcs_words, check_wordings, degrees_of, model_words, sentence
+from allanite.views.wording.north import arcs_words, degrees_of
+from allanite.views.wording.rates import angle, check_wordings, model_words, sentence
 
 __all__ = ["view"]
 

@@ -12,7 +12,7 @@ from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Cell, Hero, Page, PageBlock, Text, drawn, equation, pairs, table
 from allanite.views.rates import checks_table, contradiction_banners, rate_budget
 from allanite.views.result_page import advice, findings_of, result_page, verdict_banner
-from allanite.views.wording import angle, budget_lines, check_wordings, model_words
+from allanite.views.wording.rates import angle, budget_lines, check_wordings, model_words
 
 __all__ = ["view"]
 

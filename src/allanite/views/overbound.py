@@ -11,7 +11,7 @@ from allanite.quantities.number_words import number
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Page, PageBlock, References, Subheading, Text, table
 from allanite.views.result_page import pictures, result_page
-from allanite.views.wording import sentence
+from allanite.views.wording.rates import sentence
 
 __all__ = ["rows", "view"]
 

@@ -11,10 +11,11 @@ from typing import Any
 from urllib.parse import quote
 
 from allanite.recording.health import Finding
-from allanite.views.figures import matplotlib, plotly
+from allanite.views.figures import plotly
 from allanite.views.figures.panel import Sheet
-from allanite.views.wording import finding_kinds, model_words
-from allanite.views.wording.findings import own_words
+from allanite.views.figures.picture import svg
+from allanite.views.wording.findings import finding_kinds, own_words
+from allanite.views.wording.rates import model_words
 
 __all__ = [
     "Figure",
@@ -59,7 +60,7 @@ class Figure:
     @property
     def still(self) -> str:
         """The picture."""
-        return "data:image/svg+xml," + quote(matplotlib.svg(self.sheet), safe=_SAFE_IN_URI)
+        return "data:image/svg+xml," + quote(svg(self.sheet), safe=_SAFE_IN_URI)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

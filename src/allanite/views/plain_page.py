@@ -23,7 +23,7 @@ from allanite.views.blocks import (
 from allanite.views.figures.plotly import spec
 from allanite.views.pieces import finding_rows
 from allanite.views.report import page_of
-from allanite.views.wording import CoefficientWording
+from allanite.views.wording.study import CoefficientWording
 
 __all__ = ["plain_page"]
 

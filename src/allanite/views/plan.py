@@ -14,7 +14,7 @@ from allanite.quantities.number_words import duration, number
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Banner, Cell, Hero, Page, PageBlock, Text, drawn, equation, pairs, table
 from allanite.views.result_page import result_page, verdict_banner
-from allanite.views.wording import DEG, angle, model_words, sentence
+from allanite.views.wording.rates import DEG, angle, model_words, sentence
 
 __all__ = ["rows", "view"]
 

@@ -24,7 +24,7 @@ from allanite.views.blocks import (
     table,
 )
 from allanite.views.result_page import advice, pictures, result_page, verdict_banner
-from allanite.views.wording import DEG, angle, model_words
+from allanite.views.wording.rates import DEG, angle, model_words
 
 __all__ = ["parameter_unit", "rows", "view"]
 

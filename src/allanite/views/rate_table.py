@@ -26,16 +26,8 @@ from allanite.views.blocks import (
 )
 from allanite.views.rates import ROSENBERG, TOGETHER, checks_table
 from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
-from allanite.views.wording import (
-    DEG,
-    PPM,
-    capitalised,
-    check_wordings,
-    model_words,
-    output_unit,
-    scale_unit,
-    sentence,
-)
+from allanite.views.wording.rate_table import PPM, output_unit, scale_unit
+from allanite.views.wording.rates import DEG, capitalised, check_wordings, model_words, sentence
 
 __all__ = ["rows", "view"]
 

@@ -17,7 +17,14 @@ from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Hero, Page, PageBlock, Text, drawn, equation, pairs, table
 from allanite.views.rates import checks_table, estimates_table, rate_budget
 from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
-from allanite.views.wording import angle, budget_lines, check_wordings, estimate_of, known_rate, sentence
+from allanite.views.wording.rates import (
+    angle,
+    budget_lines,
+    check_wordings,
+    estimate_of,
+    known_rate,
+    sentence,
+)
 
 __all__ = ["rows", "view"]
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from allanite.quantities.number_words import number
 from allanite.recording.health import Finding
 from allanite.views.blocks import Banner, Cell, PageBlock, table
-from allanite.views.wording import DEG, CheckWording, EarthRateWording, capitalised, contradictions
+from allanite.views.wording.rates import DEG, CheckWording, EarthRateWording, capitalised, contradictions
 
 __all__ = [
     "BIRGE",

@@ -24,7 +24,7 @@ from allanite.views.blocks import (
 )
 from allanite.views.rates import SEED
 from allanite.views.result_page import advice, findings_of, result_page
-from allanite.views.wording import DEG_H, model_words
+from allanite.views.wording.rates import DEG_H, model_words
 
 __all__ = ["READINGS", "aided_banner", "aided_table", "view"]
 

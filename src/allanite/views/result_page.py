@@ -21,7 +21,7 @@ from allanite.views.blocks import (
     provenance,
 )
 from allanite.views.registry import VIEWS
-from allanite.views.wording import sentence
+from allanite.views.wording.rates import sentence
 
 __all__ = ["advice", "findings_of", "pictures", "result_page", "verdict_banner", "view_of"]
 

@@ -26,7 +26,7 @@ from allanite.views.blocks import (
     table,
 )
 from allanite.views.result_page import advice, findings_of, result_page, verdict_banner
-from allanite.views.wording import weight_words
+from allanite.views.wording.selection import weight_words
 
 __all__ = ["rows", "view"]
 

@@ -27,7 +27,7 @@ from allanite.views.blocks import (
     table,
 )
 from allanite.views.result_page import findings_of, result_page
-from allanite.views.wording import model_words, sentence
+from allanite.views.wording.rates import model_words, sentence
 
 __all__ = ["LINE_HEADS", "line_rows", "rows", "view"]
 

@@ -11,6 +11,7 @@ import numpy as np
 from allanite.noise import NoiseModel
 from allanite.plain_files.counted import plural
 from allanite.quantities.display_units import display_unit
+from allanite.quantities.number_words import duration, number, probability
 from allanite.recording.health import Finding
 from allanite.stability.environment.results import EnvironmentFacts
 from allanite.study.results import ChannelModels, ChannelStudy, StudiedRecord
@@ -44,31 +45,25 @@ from allanite.views.figures.curves import STATISTICS
 from allanite.views.pieces import finding_row
 from allanite.views.result_page import advice, result_page
 from allanite.views.spectrum import LINE_HEADS, line_rows
-from allanite.views.wording import (
+from allanite.views.wording.findings import findings_headline, worst
+from allanite.views.wording.floor import floor_lines
+from allanite.views.wording.provisos import provisos
+from allanite.views.wording.rates import capitalised, sentence
+from allanite.views.wording.recorded import missing_lines, record_facts
+from allanite.views.wording.study import (
     EQUIVALENT,
     GUARANTEE,
     ChannelGroup,
     CoefficientWording,
-    capitalised,
     cautions,
-    duration,
-    findings_headline,
-    floor_lines,
     groups,
     is_poor,
     key_numbers,
     limit_words,
-    missing_lines,
-    number,
-    probability,
-    provisos,
     reading,
     readings,
-    record_facts,
-    sentence,
     shown_symbol,
     slope_reading,
-    worst,
 )
 
 __all__ = ["parameter_blocks", "view"]

@@ -13,7 +13,7 @@ from allanite.stability.variation.words import part_name, visible_steps
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Page, PageBlock, References, Text, drawn, equation, pairs, table
 from allanite.views.result_page import advice, findings_of, result_page, verdict_banner
-from allanite.views.wording import model_words
+from allanite.views.wording.rates import model_words
 
 __all__ = ["rows", "view"]
 

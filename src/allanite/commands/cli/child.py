@@ -133,7 +133,7 @@ def _done(task: Json, out: TextIO) -> Json:
 def _command(argv: list[str], advance: _Advance) -> Json:
     """Run a command of the program in this process, as the program would."""
     from allanite.commands.cli.program import main as program
-    from allanite.views.terminal import listen
+    from allanite.views.terminal.console import listen
 
     sys.argv = ["allanite", *argv]
     listen(advance)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult
+    from allanite.study.result_document import Reportable
 
 __all__ = ["offer_below"]
 
@@ -41,6 +42,16 @@ def _saved(measured: MeasurementResult, path: str, *, force: bool) -> Path:
     return write_recording(measured.series, path, force=force)
 
 
+def _shown(
+    style: dict[str, bool], document: Reportable, files: Sequence[object], *notes: Sequence[str]
+) -> None:
+    """Print a result; what prints it is loaded only then."""
+    from allanite.views.terminal.page import show_document
+    from allanite.views.terminal.style import TerminalStyle
+
+    show_document(document, files, *notes, style=TerminalStyle(**style))
+
+
 def _refused(declared: Command, path: str, *, force: bool) -> None:
     """Refuse, before the work is done, a file that cannot be written."""
     from allanite.files.recording_file import refuse_recording
@@ -58,11 +69,8 @@ def _offered(declared: Command) -> None:
     def run(
         to: Destination, style: dict[str, bool] | None = None, output: str | None = None, **options: Any
     ) -> int:
-        from allanite.views.terminal import TerminalStyle, show_document
-
         if click.get_current_context().invoked_subcommand is not None:
             return 0
-        shown = partial(show_document, style=TerminalStyle(**style or {}))
         given = {name: value for name, value in options.items() if value is not None}
         _refuse_missing(declared, given)
         subject = _subject(declared, given)
@@ -77,7 +85,7 @@ def _offered(declared: Command) -> None:
         return to.by_default(declared.folder, name or "").deliver(
             declared.stem,
             lambda **known: declared.measure(places, **known, **given),
-            shown,
+            partial(_shown, style or {}),
             tables=declared.beside,
             log=name,
             save=None if output is None else partial(_saved, path=output, force=to.force),

@@ -36,7 +36,7 @@ def demo(seed_paper: bool, out: str, seed: int, duration: float, force: bool, as
     Simulates a week of the gyro, characterizes it and compares the result with the truth. --seed-paper adds the four
     Earth-rate takes, each estimator, the filter that is given the rate, and all thirteen figures as PDF and PNG.
     """
-    from allanite.views.terminal import progress
+    from allanite.views.terminal.console import progress
     from allanite_seed_paper.demonstration import run_seed_paper, run_week
     from allanite_seed_paper.terminal import show_demonstration
 

@@ -53,9 +53,9 @@ def simulate(
     of a Gauss-Markov term.
     """
     from allanite.commands.curves import simulate_to
-    from allanite.views import terminal
+    from allanite.views.terminal.console import progress
 
-    with terminal.progress() as advance:
+    with progress() as advance:
         written = simulate_to(
             place_of(model), output, rate=rate, duration=duration, seed=seed, sampling=sampling, unit=unit,
             force=force, progress=advance,
@@ -75,10 +75,10 @@ def convert(log: str, output: str, force: bool, **options: Any) -> int:
     """
     from allanite.commands.recordings import has_gaps, read_part
     from allanite.files import recording_file
-    from allanite.views import terminal
+    from allanite.views.terminal.console import progress
 
     recording = read_part(place_of(log), **options)
-    with terminal.progress() as advance:
+    with progress() as advance:
         path = recording_file.write_recording(recording, output, force=force, progress=advance)
     click.echo(recording_file.summary(recording, path))
     return LOSS if has_gaps(recording) else 0
@@ -88,9 +88,9 @@ def _list_consumers(context: click.Context, _: click.Parameter, wanted: bool) ->
     """Say which there are, and leave."""
     if not wanted or context.resilient_parsing:
         return
-    from allanite.views import terminal
+    from allanite.views.terminal.exporting import show_consumers
 
-    terminal.show_consumers()
+    show_consumers()
     context.exit()
 
 

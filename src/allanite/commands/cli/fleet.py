@@ -101,9 +101,9 @@ def run(
     A log that fails is a row with its error. Interrupted runs go on with the same command.
     """
     from allanite.commands.fleet.running import fleet as characterized
-    from allanite.views import terminal
+    from allanite.views.terminal.console import progress
 
-    with terminal.progress(quiet=as_json) as advance, _client(scheduler) as client:
+    with progress(quiet=as_json) as advance, _client(scheduler) as client:
         given = {name: value for name, value in options.items() if value is not None}
         done = characterized(logs, client=client, max_workers=workers, progress=advance, **given)
     return _shown(done, as_json=as_json)
@@ -123,10 +123,10 @@ def watch(
     Uses the settings of the last `fleet run` into FOLDER. A log is taken once it no longer changes. End it with Ctrl-C.
     """
     from allanite.commands.fleet import watching
-    from allanite.views import terminal
+    from allanite.views.terminal.console import progress
 
     code = 0
-    with terminal.progress(quiet=as_json) as advance, _client(scheduler) as client:
+    with progress(quiet=as_json) as advance, _client(scheduler) as client:
         looks = watching.watch(
             folder, every=every, once=once, client=client, max_workers=workers, progress=advance
         )

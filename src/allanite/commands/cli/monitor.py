@@ -33,19 +33,20 @@ def monitor(run: str, every: float, channel: str | None, once: bool, as_json: bo
     finished run is shown once.
     """
     from allanite.commands.monitor import RunWatch
-    from allanite.views import terminal
+    from allanite.views.terminal.console import progress
+    from allanite.views.terminal.monitor import monitoring, show_monitor
 
     watch = RunWatch(run)
     watch.refuse_unknown(channel)
-    with terminal.progress(quiet=as_json) as advance:
+    with progress(quiet=as_json) as advance:
         state = watch.look(advance)
     if as_json:
         print_json({**state, "curves": watch.curves()})
     elif once:
-        terminal.show_monitor(state, watch.curve(), channel)
+        show_monitor(state, watch.curve(), channel)
     else:
         spent = 0.0
-        with suppress(KeyboardInterrupt), terminal.monitoring(channel) as draw:
+        with suppress(KeyboardInterrupt), monitoring(channel) as draw:
             draw(state, watch.curve())
             while state["status"] == "recording":
                 time.sleep(max(every, _SPARING * spent))

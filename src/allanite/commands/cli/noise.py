@@ -38,15 +38,16 @@ def info(log: str, as_json: bool, **options: Any) -> int:
     """
     from allanite.commands.recordings import describe, is_lossy, read_part
     from allanite.recording import health
-    from allanite.views import terminal
+    from allanite.views.terminal.console import progress
+    from allanite.views.terminal.study import show_recording
 
     recording = read_part(place_of(log), **options)
-    with terminal.progress(quiet=as_json) as advance:
+    with progress(quiet=as_json) as advance:
         facts = describe(recording, health.check(recording, progress=advance), place_of(log))
     if as_json:
         print_json(facts)
     else:
-        terminal.show_recording(facts)
+        show_recording(facts)
     if any(f["severity"] == "fatal" for f in facts["findings"]):
         return UNFIT
     lost = facts["run"] and facts["run"]["losses"]
@@ -85,7 +86,8 @@ def allan(
     from allanite.commands.recordings import read_part
     from allanite.errors import InputError
     from allanite.noise.allan import allan_curve
-    from allanite.views import terminal
+    from allanite.views.terminal.console import progress
+    from allanite.views.terminal.study import show_curve, show_interval_errors
 
     if statistic in ("mtie", "tierms"):
         if floor is not None or output is not None or figure is not None:
@@ -96,11 +98,11 @@ def allan(
         if as_json:
             print_json({e.name: e.to_json() for e in errors})
         else:
-            terminal.show_interval_errors(errors)
+            show_interval_errors(errors)
         return 0
     grid = {"taus": taus, "statistic": statistic, "engine": engine, "confidence": confidence}
     recording = read_part(place_of(log), **options)
-    with terminal.progress(quiet=as_json or output == "-") as advance:
+    with progress(quiet=as_json or output == "-") as advance:
         curve = allan_curve(recording, progress=advance, **grid)
     shown = curve if floor is None else over_floor_of(curve, recording, floor, **options)
     if figure is not None:
@@ -110,7 +112,7 @@ def allan(
     if as_json:
         print_json(plain_curves(shown))
     elif output is None and figure is None:
-        terminal.show_curve(shown)
+        show_curve(shown)
     return LOSS if any(len(runs) for runs in curve.missing) else 0
 
 
@@ -159,9 +161,11 @@ def fit(
     """
     from allanite.commands.curves import fit_file
     from allanite.study import model_file
-    from allanite.views import terminal
+    from allanite.views.terminal.console import progress
+    from allanite.views.terminal.page import show_models
+    from allanite.views.terminal.style import TerminalStyle
 
-    with terminal.progress(quiet=as_json) as advance:
+    with progress(quiet=as_json) as advance:
         fitted = fit_file(
             place_of(curve_or_log),
             method=method,
@@ -179,5 +183,5 @@ def fit(
     if as_json:
         print_json({name: model.to_json() for name, model in fitted.models.items()})
     else:
-        terminal.show_models(fitted.channels, style=terminal.TerminalStyle(si=si))
+        show_models(fitted.channels, style=TerminalStyle(si=si))
     return LOSS if fitted.lossy else 0

@@ -78,7 +78,8 @@ def _run_options(function: Callable[..., Any]) -> Callable[..., Any]:
 def _record(build: Callable[[], Instrument], as_json: bool, unit_file: str | None, **options: Any) -> int:
     from allanite.commands.capture import captured_document, record_to
     from allanite.commands.unit_file import write_unit
-    from allanite.views import terminal
+    from allanite.views.terminal.capture import journal, show_captured
+    from allanite.views.terminal.console import progress
 
     try:
         instrument = build()  # a wrong option is found here, and trying again is of no use
@@ -87,10 +88,10 @@ def _record(build: Callable[[], Instrument], as_json: bool, unit_file: str | Non
             return 0
     except (InputError, FormatError, LimitError) as error:
         raise click.UsageError(str(error)) from None
-    with terminal.progress(quiet=as_json) as advance:
-        captured = record_to(instrument, progress=advance, happened=terminal.journal(), **options)
+    with progress(quiet=as_json) as advance:
+        captured = record_to(instrument, progress=advance, happened=journal(), **options)
     document = captured_document(captured)
-    _tell(lambda: print_json(document) if as_json else terminal.show_captured(document))
+    _tell(lambda: print_json(document) if as_json else show_captured(document))
     return LOSS if captured.missing or captured.overloads or captured.doubtful else 0
 
 

@@ -25,15 +25,16 @@ def recover(run: str, output: str | None, dry_run: bool, as_json: bool) -> int:
     complete, 3 with loss, 1 nothing recovered.
     """
     from allanite.commands.recovery import recovery_document, recovery_of
-    from allanite.views import terminal
+    from allanite.views.terminal.console import progress
+    from allanite.views.terminal.recovery import show_recovery
 
-    with terminal.progress(quiet=as_json) as advance:
+    with progress(quiet=as_json) as advance:
         recovery = recovery_of(run, output, dry_run=dry_run, progress=advance)
     document = recovery_document(recovery)
     if as_json:
         print_json(document)
     else:
-        terminal.show_recovery(document)
+        show_recovery(document)
     return recovery.exit_code
 
 
@@ -51,10 +52,10 @@ def compact(run: str, output: str | None, variable: int | None, force: bool, as_
     back and compared; the run is kept. Recover a damaged run first. To write the samples alone, use `allanite convert`.
     """
     from allanite.commands.recovery import compaction_of
-    from allanite.views import terminal
+    from allanite.views.terminal.recovery import show_compaction
 
     done = compaction_of(run, output, part=variable, force=force)
     if as_json:
         print_json(done)
     else:
-        terminal.show_compaction(done)
+        show_compaction(done)

@@ -67,13 +67,13 @@ class Destination:
             The work is too short for a progress bar.
         """
         from allanite.commands.measurement import refuse_measurement, write_measurement
-        from allanite.views import terminal
+        from allanite.views.terminal.console import progress
 
         refuse_measurement(self.folder, self.figure, name, tables, force=self.force)
         known: dict[str, Any] = {"command": typed()}
         if log is not None:
             known["source"] = "stdin" if log == "-" else None
-        with terminal.progress(quiet=quiet or self.as_json) as advance:
+        with progress(quiet=quiet or self.as_json) as advance:
             measured = make(progress=advance, **known)
             if advance is not None and self.folder is not None:
                 advance(1.0, "writing the files")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from allanite.noise import NoiseModel, TermType
     from allanite.study.results import ChannelStudy
     from allanite.study.study import Study
-    from allanite.views.wording import ChannelGroup, CoefficientWording
+    from allanite.views.wording.study import ChannelGroup, CoefficientWording
 
 __all__ = ["figure_of", "parameters_of"]
 
@@ -123,7 +123,7 @@ def parameters_of(document: Json) -> dict[str, Any]:
         No study.
     """
     from allanite.study.study import Study
-    from allanite.views.wording import groups, readings
+    from allanite.views.wording.study import groups, readings
 
     if document.get("format") != Study.FORMAT:
         raise InputError("only a study has a table of parameters")

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from allanite.study.datasheet import DatasheetJudgement
     from allanite.study.results import ChannelStudy
     from allanite.study.study import Study
-    from allanite.views.wording import ChannelGroup
+    from allanite.views.wording.study import ChannelGroup
 
 __all__ = ["plot", "sheet_of"]
 
@@ -148,7 +148,7 @@ def _result_of(obj: object) -> object:
 
 
 def _study(shown: Study, *, view: str = "channels", channels: Sequence[str] | None = None) -> Sheet:
-    from allanite.views.wording import groups
+    from allanite.views.wording.study import groups
 
     names = [channels] if isinstance(channels, str) else channels
     chosen = shown.channels if names is None else [shown[name] for name in names]
@@ -158,7 +158,7 @@ def _study(shown: Study, *, view: str = "channels", channels: Sequence[str] | No
 def _channel(channel: ChannelStudy | Json, *, view: str = "channels") -> Sheet:
     from allanite.study.results import ChannelStudy
     from allanite.study.version_1 import upgraded_channel
-    from allanite.views.wording import groups
+    from allanite.views.wording.study import groups
 
     if isinstance(channel, Mapping):
         channel = ChannelStudy.from_json(upgraded_channel(channel))

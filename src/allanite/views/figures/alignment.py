@@ -10,6 +10,7 @@ import numpy as np
 
 from allanite.experiments.alignment import AlignmentEstimate
 from allanite.experiments.alignment.results import NaiveMean
+from allanite.quantities.number_words import number
 from allanite.views.figures.compass import (
     CENTRE,
     RADIUS,
@@ -24,7 +25,7 @@ from allanite.views.figures.drawing import Drawing, DrawnShape, Words, line
 from allanite.views.figures.earth import DEG_H
 from allanite.views.figures.panel import Axis, Curve, Panel, around, array
 from allanite.views.figures.records import clock
-from allanite.views.wording import arcs_words, direction_words, number
+from allanite.views.wording.north import arcs_words, direction_words
 
 __all__ = ["VIEWS", "compass_panel", "convergence_panels", "residual_panels"]
 

@@ -20,8 +20,13 @@ from allanite.views.figures.earth import DEG_H, quantile
 from allanite.views.figures.panel import MARKERS, Array, Axis, Curve, Panel, around, array
 from allanite.views.figures.sphere import Spot, SpotKind, sphere_panel
 from allanite.views.figures.static import level_panels, overviews_of, record_panels
-from allanite.views.wording import calibration_name, parameter_groups, rest_unit, sensor_words
-from allanite.views.wording.calibration import ParameterGroup
+from allanite.views.wording.calibration import (
+    ParameterGroup,
+    calibration_name,
+    parameter_groups,
+    rest_unit,
+    sensor_words,
+)
 
 __all__ = [
     "VIEWS",

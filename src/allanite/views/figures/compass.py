@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from allanite.quantities.number_words import interval, number
 from allanite.views.figures.drawing import (
     Drawing,
     DrawnShape,
@@ -24,7 +25,6 @@ from allanite.views.figures.drawing import (
 from allanite.views.figures.earth import DEG_H, level, quantile
 from allanite.views.figures.panel import Array, Axis, Curve, Panel, around, array
 from allanite.views.figures.records import clock
-from allanite.views.wording import interval, number
 
 if TYPE_CHECKING:
     from allanite.experiments.north import Arc, NorthEstimate

@@ -25,6 +25,7 @@ from allanite.noise import (
 from allanite.noise.allan import AllanCurve
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.quantities.display_units import display_unit
+from allanite.quantities.number_words import number
 from allanite.study.results import ChannelFloor, ChannelStudy
 from allanite.views.figures.panel import (
     MARKERS,
@@ -39,7 +40,7 @@ from allanite.views.figures.panel import (
     legend_entry,
     positive_range,
 )
-from allanite.views.wording import ChannelGroup, number, reading
+from allanite.views.wording.study import ChannelGroup, reading
 
 __all__ = [
     "STATISTICS",

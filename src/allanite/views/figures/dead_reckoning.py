@@ -7,7 +7,7 @@ import numpy as np
 
 from allanite.experiments.dead_reckoning import DeadReckoning
 from allanite.views.figures.panel import SERIES, Axis, Curve, Panel, positive_range
-from allanite.views.wording import BUDGET_QUANTITIES, quantity_words
+from allanite.views.wording.dead_reckoning import BUDGET_QUANTITIES, quantity_words
 
 __all__ = ["VIEWS", "growth_panel"]
 

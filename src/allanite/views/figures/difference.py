@@ -11,7 +11,7 @@ from allanite.fitting.model_difference import Difference, drift
 from allanite.quantities.display_units import display_unit
 from allanite.views.figures.curves import tau_axis
 from allanite.views.figures.panel import SERIES, Array, Axis, Curve, Panel, Style, positive_range
-from allanite.views.wording import drift_unit
+from allanite.views.wording.difference import drift_unit
 
 __all__ = ["VIEWS", "curve_panels", "drift_panels"]
 

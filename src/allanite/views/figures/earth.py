@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from allanite.experiments.reversals.sides import direction_of, is_vertical, sides_of
+from allanite.quantities.number_words import interval, number
 from allanite.views.figures.panel import Array, Axis, Curve, Label, Panel, around, array
 from allanite.views.figures.records import clock
-from allanite.views.wording import interval, number
 
 if TYPE_CHECKING:
     from allanite.experiments.earth_rate import EarthRateEstimate

@@ -11,6 +11,7 @@ import numpy as np
 from allanite.filtering.kalman import Consistency, FilterEstimate, FilterVerdict
 from allanite.filtering.kalman.series import SeriesEnvelope
 from allanite.quantities.display_units import display_unit
+from allanite.quantities.number_words import number
 from allanite.views.figures.panel import (
     MARKERS,
     SERIES,
@@ -23,7 +24,6 @@ from allanite.views.figures.panel import (
     around,
 )
 from allanite.views.figures.records import clock
-from allanite.views.wording import number
 
 __all__ = ["VIEWS", "drift_panel", "series_panels", "terms_panel", "whiteness_panel"]
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.plain_files.printable import printable
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words
+from allanite.views.figures.frames import CHARACTERS, KEY, LEFT, layout
 from allanite.views.figures.panel import (
     DARK,
     LIGHT,
@@ -31,23 +30,12 @@ from allanite.views.figures.panel import (
     decades,
     thinned,
 )
-from allanite.views.figures.slim_svg import slim
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["figure", "svg"]
-
-# Sizes in inches. The layout is computed here rather than found by drawing twice: figures take half the time, and
-# equal decades are square because the axes are made so.
-_WIDTH = 6.9  # the text width of A4 and letter paper
-_LEAST = 4.9  # a panel in a row of several
-_LEFT, _RIGHT, _BOTTOM = 0.74, 0.14, 0.46
-_LANDMARKS, _TITLE, _TIGHT = 0.2, 0.2, 0.1
-_FOOT = 0.36  # a legend for all panels
-_KEY = 0.19  # a row of a legend above a panel
-_CHARACTERS = 17.0  # of a legend in an inch
+__all__ = ["figure"]
 
 _STYLES = {
     "solid": "-",
@@ -79,11 +67,10 @@ _RC: dict[Any, Any] = {
 
 @dataclass(frozen=True, slots=True)
 class _PanelLook:
-    """What holds for all of a panel: its colours, whether there is room for words, whether nobody will zoom it."""
+    """What holds for all of a panel: its colours, whether there is room for words."""
 
     colours: Mapping[str, str]
     crowded: bool = False
-    still: bool = False
 
     def __getitem__(self, colour: str) -> str:
         return self.colours[colour]
@@ -91,18 +78,13 @@ class _PanelLook:
 
 def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
     """A Matplotlib figure of a sheet; it belongs to no window and no global state."""
-    return _figure(sheet, dark=dark, still=False)
-
-
-def _figure(sheet: Sheet, *, dark: bool, still: bool) -> Figure:
-    """A figure; one that nobody will zoom is drawn in less time."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     with mpl.rc_context(_RC):
-        size, boxes = _layout(sheet)
+        size, boxes = layout(sheet)
         crowded = sheet.columns > 1
-        look = _PanelLook(DARK if dark else LIGHT, crowded, still)
+        look = _PanelLook(DARK if dark else LIGHT, crowded)
         made = Figure(figsize=size, facecolor=look["paper"])
         common: dict[str, Any] = {}
         labelled = [sheet.labelled(i) for i, row in enumerate(sheet.rows) for _ in row]
@@ -110,8 +92,8 @@ def _figure(sheet: Sheet, *, dark: bool, still: bool) -> Figure:
             left, bottom, width, height = box
             axes = made.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]))
             axes.set_facecolor(look["paper"])
-            _draw(axes, panel, look, titled=len(sheet.panels) > 1, room=round(width * _CHARACTERS))
-            axes.yaxis.set_label_coords(-(_LEFT - 0.16) / width, 0.5)
+            _draw(axes, panel, look, titled=len(sheet.panels) > 1, room=round(width * CHARACTERS))
+            axes.yaxis.set_label_coords(-(LEFT - 0.16) / width, 0.5)
             if not numbered:
                 axes.set_xlabel("")
             if panel.drawing is None:
@@ -122,46 +104,11 @@ def _figure(sheet: Sheet, *, dark: bool, still: bool) -> Figure:
     return made
 
 
-def svg(sheet: Sheet, *, dark: bool = False) -> str:
-    """A sheet as SVG text, without a date, so that equal studies give equal files."""
-    import matplotlib as mpl
-
-    made = _figure(sheet, dark=dark, still=True)
-    target = io.StringIO()
-    with mpl.rc_context(_RC):
-        made.savefig(target, format="svg", metadata={"Date": None, "Creator": "allanite"})
-    return slim(printable(target.getvalue(), lines=True))  # XML holds no control character
-
-
-def _layout(sheet: Sheet) -> tuple[tuple[float, float], list[tuple[float, float, float, float]]]:
-    """Size of the figure, and left, bottom, width and height of each panel's axes."""
-    width = max(_WIDTH, _LEAST * sheet.columns) if sheet.columns > 1 else _WIDTH
-    share = width / sheet.columns
-    boxes = []
-    y = _FOOT if sheet.columns > 1 else 0.0
-    for number, row in reversed(list(enumerate(sheet.rows))):
-        drawn = all(panel.drawing is not None for panel in row)
-        left, right = (_TIGHT, _TIGHT) if drawn else (_LEFT, _RIGHT)
-        each = share - left - right
-        y += _TIGHT if drawn or not sheet.labelled(number) else _BOTTOM
-        height = max(panel.aspect for panel in row) * each
-        boxes.append([(left + i * share, y, each, height) for i in range(len(row))])
-        y += height + _above(row, each, titled=len(sheet.panels) > 1)
-    return (width, y), [box for row_boxes in reversed(boxes) for box in row_boxes]
-
-
-def _above(row: tuple[Panel, ...], width: float, *, titled: bool) -> float:
-    """Room over a row: for landmarks, a legend, a title."""
-    landmarks = any(p.x.landmarks for p in row)
-    keys = max(p.key_grid(round(width * _CHARACTERS))[1] if p.key == "above" else 0 for p in row)
-    return (_TITLE if titled else 0.0) + (_LANDMARKS if landmarks else _TIGHT) + _KEY * keys
-
-
 def _draw(axes: Axes, panel: Panel, look: _PanelLook, *, titled: bool, room: int) -> None:
     columns, rows = panel.key_grid(room) if panel.key == "above" else (1, 0)
     landmarks = 12 if panel.x.landmarks else 0  # points
     if titled:
-        pad = landmarks + (5 if rows or not landmarks else 0) + 72 * _KEY * rows
+        pad = landmarks + (5 if rows or not landmarks else 0) + 72 * KEY * rows
         axes.set_title(_plain(panel.title), loc="left", fontweight="bold", color=look["ink"], pad=pad)
     if panel.drawing is not None:
         _drawing(axes, panel.drawing, look)
@@ -208,11 +155,6 @@ def _frame(axes: Axes, panel: Panel, look: _PanelLook) -> None:
 def _axes_of(axes: Axes, look: _PanelLook, *, numbered: bool) -> None:
     """Grid, ticks and their labels."""
     axes.set_axisbelow(True)
-    if look.still:
-        from allanite.views.figures.rulers import rule
-
-        rule(axes, ink=look["ink"], guide=look["guide"], grid=look["grid"], numbered=numbered)
-        return
     axes.grid(visible=True, color=look["grid"], linewidth=0.6)
     axes.tick_params(which="both", direction="out", color=look["guide"], labelcolor=look["ink"])
     axes.tick_params(labelbottom=numbered)

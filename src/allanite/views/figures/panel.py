@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
@@ -28,6 +28,7 @@ __all__ = [
     "Envelope",
     "Guide",
     "Label",
+    "LegendEntry",
     "Limit",
     "Panel",
     "Rug",
@@ -255,6 +256,54 @@ class Rug:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class LegendEntry:
+    """A name in the legend and what it stands for.
+
+    Attributes
+    ----------
+    kind : "line", "area", "hatched" or "rug"
+    hollow : bool
+        The marker is not filled.
+    axis : str
+        The channel of the curve, as in `Curve`.
+    """
+
+    words: str
+    colour: str
+    kind: Literal["line", "area", "hatched", "rug"]
+    style: Style = "none"
+    marker: str | None = None
+    hollow: bool = False
+    opacity: float = 1.0
+    axis: str = ""
+
+
+_LAST = ("95 % interval", "not in the fit")
+
+
+def _rank(words: str) -> int:
+    return _LAST.index(words) if words in _LAST else -1
+
+
+def _entries_of(curve: Curve) -> list[LegendEntry]:
+    """The curve, its band, its hollow points."""
+    line = LegendEntry(
+        words=curve.label,
+        colour=curve.colour,
+        kind="line",
+        style=curve.style,
+        marker=curve.marker,
+        axis=curve.axis,
+    )
+    entries = [line]
+    if curve.lower is not None and not curve.bars:
+        entries.append(LegendEntry(words=curve.band_label, kind="area", opacity=0.18, colour=curve.colour))
+    if curve.hollow is not None and curve.hollow.any():
+        entries.append(replace(line, words=curve.hollow_label, style="none", hollow=True, axis=""))
+    return entries
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Panel:
     """One pair of axes and everything in it.
 
@@ -308,13 +357,31 @@ class Panel:
 
     @property
     def entries(self) -> tuple[str, ...]:
-        """What the legend says, when it stands above the panel."""
-        names = [look.words for look in self.explained]
-        names += [rug.label for rug in self.rugs] + [envelope.label for envelope in self.envelopes]
-        for curve in self.curves:
-            names += [curve.label, "" if curve.bars else curve.band_label]
-            names += [curve.hollow_label] if curve.hollow is not None and curve.hollow.any() else []
-        return tuple(dict.fromkeys(name for name in names if name))
+        """What the legend says."""
+        return tuple(entry.words for entry in self.legend)
+
+    @property
+    def legend(self) -> tuple[LegendEntry, ...]:
+        """Entries of the legend, each name once; last those that hold for several curves."""
+        looks = [
+            LegendEntry(
+                words=k.words, colour=k.colour, kind="hatched" if k.hatched else "area", opacity=k.opacity
+            )
+            for k in self.explained
+        ]
+        rugs = [LegendEntry(words=rug.label, colour=rug.colour, kind="rug") for rug in self.rugs]
+        # Inside a panel, the envelope of a record is its only content.
+        areas = [
+            LegendEntry(words=e.label, colour=e.colour, kind="area", opacity=0.55)
+            for e in self.envelopes
+            if self.key == "above"
+        ]
+        curves = [entry for curve in self.curves for entry in _entries_of(curve)]
+        unique: dict[str, LegendEntry] = {}
+        for entry in (*looks, *rugs, *areas, *curves):
+            if entry.words:
+                unique.setdefault(entry.words, entry)
+        return tuple(sorted(unique.values(), key=lambda entry: _rank(entry.words)))
 
     def key_grid(self, room: int) -> tuple[int, int]:
         """Columns and rows of the legend above the panel, where so many characters have room beside one another."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from allanite.experiments.planning import Plan
 from allanite.quantities.earth import EARTH_RATE
+from allanite.quantities.number_words import duration
 from allanite.views.figures.panel import (
     MARKERS,
     SERIES,
@@ -21,7 +22,6 @@ from allanite.views.figures.panel import (
     Panel,
     positive_range,
 )
-from allanite.views.wording import duration
 
 __all__ = ["dwell_panel", "length_panel"]
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 from allanite.experiments.position_planning import PositionPlan
+from allanite.quantities.number_words import duration
 from allanite.views.figures.panel import MARKERS, SERIES, Array, Axis, Curve, Label, Panel, positive_range
 from allanite.views.figures.sphere import Spot, sphere_panel
-from allanite.views.wording import duration
 
 __all__ = ["VIEWS", "length_panel", "scheme_panel", "sphere_panels"]
 

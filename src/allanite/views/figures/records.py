@@ -17,7 +17,7 @@ from allanite.study.results import ChannelStudy
 from allanite.study.study import Study
 from allanite.views.figures.curves import series_colours
 from allanite.views.figures.panel import Array, Axis, Envelope, Panel, ShadedSpan, array
-from allanite.views.wording import ChannelGroup
+from allanite.views.wording.study import ChannelGroup
 
 __all__ = ["clock", "group_record_panels", "overview", "recording_panels"]
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from allanite.experiments.redundancy import Combination
 from allanite.quantities.display_units import display_unit
+from allanite.quantities.number_words import duration
 from allanite.views.figures.panel import (
     MARKERS,
     SERIES,
@@ -20,7 +21,6 @@ from allanite.views.figures.panel import (
     positive_range,
 )
 from allanite.views.figures.records import clock
-from allanite.views.wording import duration
 
 __all__ = ["VIEWS", "deviation_panel", "gain_panel", "parity_panel"]
 

@@ -16,7 +16,8 @@ from allanite.experiments.rate_table import RateTableEstimate
 from allanite.views.figures.earth import quantile
 from allanite.views.figures.panel import Array, Axis, Curve, Label, Panel, around, array
 from allanite.views.figures.records import clock
-from allanite.views.wording import DEG, PPM, output_unit
+from allanite.views.wording.rate_table import PPM, output_unit
+from allanite.views.wording.rates import DEG
 
 __all__ = ["VIEWS", "drift_panels", "frequency_panels", "noise_panels", "response_panels", "step_panels"]
 

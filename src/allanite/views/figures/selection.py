@@ -14,7 +14,7 @@ from allanite.quantities.display_units import display_unit
 from allanite.views.figures.curves import measured_curve, model_curve
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words, box
 from allanite.views.figures.panel import Axis, Panel, Style, positive_range
-from allanite.views.wording import weight_words
+from allanite.views.wording.selection import weight_words
 
 __all__ = ["VIEWS", "curves_panel", "weights_panel"]
 

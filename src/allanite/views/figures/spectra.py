@@ -21,7 +21,7 @@ from allanite.quantities.display_units import display_unit
 from allanite.study.results import ChannelStudy
 from allanite.views.figures.curves import series_colours
 from allanite.views.figures.panel import Axis, Curve, Label, Panel, legend_entry, positive_range
-from allanite.views.wording import ChannelGroup
+from allanite.views.wording.study import ChannelGroup
 
 __all__ = ["VIEWS", "group_spectrum_panel", "ratio_panel", "spectrum_panel"]
 

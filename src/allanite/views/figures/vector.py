@@ -12,6 +12,7 @@ import numpy as np
 from allanite.experiments.rate_vector import RateSpan, RateVector
 from allanite.experiments.rate_vector.verdict import LeftOut
 from allanite.quantities.display_units import display_unit
+from allanite.quantities.number_words import duration, interval
 from allanite.recording.records import Recording
 from allanite.study.result_document import Overview
 from allanite.views.figures.curves import series_colours
@@ -28,7 +29,6 @@ from allanite.views.figures.panel import (
     array,
 )
 from allanite.views.figures.records import clock, overview
-from allanite.views.wording import duration, interval
 
 __all__ = ["VIEWS", "length_panels", "mean_panels", "overviews_of", "record_panels"]
 

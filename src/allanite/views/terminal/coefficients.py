@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from allanite.views.blocks import Coefficients
 from allanite.views.terminal.console import BETWEEN, WIDE, table_of
-from allanite.views.wording import CoefficientWording, readings, shown_symbol
+from allanite.views.wording.study import CoefficientWording, readings, shown_symbol
 
 if TYPE_CHECKING:
     from rich.console import Console

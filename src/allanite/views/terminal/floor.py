@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.study.results import ChannelFloor
 from allanite.views.terminal.console import console, table_of
-from allanite.views.wording import floor_lines
+from allanite.views.wording.floor import floor_lines
 
 if TYPE_CHECKING:
     from allanite.fitting.instrument_floor import OverFloor

@@ -9,20 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.plain_files.printable import printable
 from allanite.quantities.display_units import display_unit
+from allanite.quantities.number_words import duration, number
 from allanite.recording.health import Finding, Severity
-from allanite.study.results import MissingSamples
 from allanite.views.terminal.console import console, table_of
-from allanite.views.terminal.floor import show_over_floor
-from allanite.views.wording import (
-    duration,
-    finding_kinds,
-    finding_line,
-    missing_lines,
-    movement,
-    number,
-    record_facts,
-    said_of,
-)
+from allanite.views.wording.findings import finding_kinds, finding_line, movement, said_of
+from allanite.views.wording.recorded import missing_lines, record_facts
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -177,8 +168,10 @@ def _span(start: int, stop: int, rate: float) -> str:
 
 def _missing(out: Console, facts: Json) -> None:
     """What is missing in a run, and why."""
-    lines = missing_lines(map(MissingSamples.from_json, facts["missing_because"]), facts["rate"])
-    if lines:
+    if facts["missing_because"]:
+        from allanite.study.results import MissingSamples
+
+        lines = missing_lines(map(MissingSamples.from_json, facts["missing_because"]), facts["rate"])
         table = table_of(("Missing because", "Gaps", "Samples", "Longest", "First at"))
         table.columns[0].no_wrap, table.columns[0].overflow = False, "fold"
         for line in lines:
@@ -192,6 +185,8 @@ def show_curve(curve: AllanCurve | OverFloor) -> None:
     from allanite.fitting.instrument_floor import OverFloor
 
     if isinstance(curve, OverFloor):
+        from allanite.views.terminal.floor import show_over_floor
+
         show_over_floor(curve)
         return
     out = console()

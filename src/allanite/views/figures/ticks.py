@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Ticks of an axis: where they are, and what they say."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from allanite.views.figures.panel import Axis, decades
+
+__all__ = ["Ticks", "ticks_of"]
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
+_SMALLEST, _LARGEST = 1e-4, 1e5  # numbers that are written without a power of ten
+_LEAST = 3.0  # points between the ticks of one decade, on average; closer ones would be a bar
+
+
+@dataclass(frozen=True, slots=True)
+class Ticks:
+    """Ticks with their words, and those between them."""
+
+    major: tuple[tuple[float, str], ...]
+    minor: tuple[float, ...] = ()
+
+
+def ticks_of(axis: Axis, limits: tuple[float, float], room: float, apart: float) -> Ticks:
+    """Ticks of an axis.
+
+    Parameters
+    ----------
+    axis : Axis
+    limits : (float, float)
+        The ends of the axis.
+    room, apart : float
+        Length of the axis, and the least distance of two labels, in the same unit.
+    """
+    if axis.names:
+        return Ticks(tuple((at, name) for at, name in axis.names if min(limits) <= at <= max(limits)))
+    if axis.log:
+        return _powers(limits, room, apart)
+    return _numbers(limits, max(1, int(room / apart)))
+
+
+def _powers(limits: tuple[float, float], room: float, apart: float) -> Ticks:
+    low, high = sorted(limits)
+    span = decades((low, high))
+    first, last = (math.floor(math.log10(low) - 1e-9), math.ceil(math.log10(high) + 1e-9))
+    every = max(1, math.ceil(apart * span / room))
+    named = (1,) if span >= 2 else (1, 2, 5) if span >= 1 else tuple(range(1, 10))
+    major, minor = [], []
+    for power in range(first, last + 1):
+        for digit in range(1, 10):
+            at = digit * 10.0**power
+            if not low * (1 - 1e-9) <= at <= high * (1 + 1e-9):
+                continue
+            if digit in named and power % every == 0:
+                major.append((at, power_of_ten(power) if digit == 1 else number(at)))
+            elif digit == 1 or room / max(span, 1e-9) > 9 * _LEAST:
+                minor.append(at)
+    return Ticks(tuple(major), tuple(minor))
+
+
+def _numbers(limits: tuple[float, float], most: int) -> Ticks:
+    low, high = sorted(limits)
+    raw = (high - low) / most
+    if not raw > 0 or not math.isfinite(raw):
+        return Ticks(((low, number(low)),))
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(s * power for s in _STEPS if s * power >= raw * (1 - 1e-9))
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return Ticks(tuple((i * step, number(i * step, step)) for i in range(first, last + 1)))
+
+
+def power_of_ten(power: int) -> str:
+    """1000 and 0.001 as such; beyond, as a power."""
+    return f"{10.0**power:g}" if -3 <= power <= 3 else f"10{str(power).translate(_RAISED)}"
+
+
+def number(value: float, step: float = 0.0) -> str:
+    """A number with as many digits as a step of its axis needs."""
+    value = value if abs(value) > 1e-9 * step else 0.0
+    size = max(abs(value), step)
+    if not value or _SMALLEST <= size < _LARGEST:
+        return f"{value:.10g}".replace("-", "−")
+    power = math.floor(math.log10(size) + 1e-12)
+    return f"{value / 10.0**power:.6g}×10{str(power).translate(_RAISED)}".replace("-", "−")
