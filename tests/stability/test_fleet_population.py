@@ -112,6 +112,53 @@ def test_evidence_of_censored_units_is_the_integral_of_each():
     np.testing.assert_allclose(ours - ours[0], theirs - theirs[0], atol=0.01)
 
 
+def contradictory():
+    """Sensors of five types in one fleet: limits, and five units of one type that agree with nobody."""
+    none = [-math.inf] * 4
+    knots = [
+        [*none, -math.inf, -11.46, -10.75, -10.19, -9.67], [*none, -math.inf, -12.53, -11.77, -11.02, -10.22],
+        [*none, -math.inf, -10.58, -9.86, -9.2, -8.39], [0.19, 0.38, 0.48, 0.55, 0.6, 0.65, 0.71, 0.77, 0.87],
+        [-0.76, -0.38, -0.22, -0.14, -0.08, -0.02, 0.05, 0.13, 0.26],
+        [0.29, 0.44, 0.51, 0.55, 0.6, 0.65, 0.7, 0.76, 0.86],
+        [-0.86, -0.45, -0.28, -0.18, -0.09, -0.02, 0.05, 0.14, 0.26],
+        [-1.01, -0.54, -0.34, -0.23, -0.14, -0.06, 0.01, 0.11, 0.24],
+        [*none, -math.inf, -3.81, -3.51, -3.29, -3.18], [*none, -11.98, -11.72, -11.47, -10.72, -9.95],
+    ]  # fmt: skip
+    floor = [0.0, 0.0, 0.0, -math.inf, -5.79, -math.inf, -5.6, -5.43, 0.0, -0.756]
+    return design((np.array(knots), np.array(floor)), lot=[0, 1, 1, 2, 2, 2, 2, 2, 3, 4])
+
+
+def test_logs_that_contradict_each_other_have_an_evidence_near_the_integral():
+    """Factors that hold nearby are not followed far away: the value stays that of the integral over all levels."""
+    d = contradictory()
+    x = np.arange(-35.0, 10.0, 0.05)
+    log_likelihood = -0.5 * np.array([d.profiles.root(np.full(10, value)) for value in x]).T ** 2
+
+    def spread(log, sd):
+        kernel = -0.5 * ((x[:, None] - x) / sd) ** 2
+        kernel -= np.logaddexp.reduce(kernel, axis=1)[:, None]
+        return np.logaddexp.reduce(kernel + log, axis=1)
+
+    start = evidence(d, Scales(lot=9.788, unit=0.462, repeat=0.0, wide=0.0))
+    for lot, unit in ((1.398, 0.08), (3.0, 0.3), (5.0, 1.0)):
+        of_units = [spread(log, unit) for log in log_likelihood]
+        of_lots = [spread(sum(of_units[u] for u in np.flatnonzero(d.lot == j)), lot) for j in range(5)]
+        exact = float(np.logaddexp.reduce(sum(of_lots))) + math.log(0.05)
+        scales = Scales(lot=lot, unit=unit, repeat=0.0, wide=0.0)
+        assert exact - 10.0 < evidence(d, scales, start).value < exact + 2.0, scales
+        assert evidence(d, scales).value < exact + 2.0, scales
+
+
+def test_logs_that_contradict_each_other_leave_more_than_one_draw(monkeypatch):
+    monkeypatch.setattr("allanite.stability.fleet.posterior._DRAWS", 96)
+    posterior = posterior_of(contradictory())
+    assert 1.0 / float(posterior.weight @ posterior.weight) > 10
+    unit = np.array([s.unit for s in posterior.scales])
+    assert 0.1 < np.average(unit, weights=posterior.weight) < 3.0
+    middle = np.average(posterior.location[:, 0], weights=posterior.weight)
+    assert -13.0 < middle < 0.0
+
+
 def test_scales_of_a_balanced_fleet_are_those_of_the_analysis_of_variance():
     """Exact data, so that the restricted likelihood has its maximum at the mean squares."""
     rng = np.random.default_rng(11)

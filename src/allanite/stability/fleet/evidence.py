@@ -227,11 +227,13 @@ def evidence(design: Design, scales: Scales, start: ScaleEvidence | None = None)
         # logs of one unit answer each other: where that does not settle, half a step each time
         factors = matched if i < _ROUNDS // 3 or change < _SETTLED else factors.halfway(matched)
         # factors hold nearby: a few steps, and they are matched again
-        solution = _solved(design, scales, factors, location, lots, _FEW)
+        solution = _solved(design, scales, factors, location, lots, _FEW, _LONGEST)
         location, lots = solution.location, solution.lots
         if change < _SETTLED:
             return solution
-    return _solved(design, scales, factors, location, lots, _FEW if len(bent) else _NEWTON)
+    if len(bent):  # unsettled: the value where the last step ended, not what factors of elsewhere make of it
+        factors, _ = _matched(design, scales, factors, location, lots, bent)
+    return _solved(design, scales, factors, location, lots, 0 if len(bent) else _NEWTON)
 
 
 def _first_location(design: Design, factors: Factors) -> Array:
@@ -313,9 +315,10 @@ def _units(design: Design, scales: Scales, m: _Marginal, offset: Array) -> _Unit
 
 
 def _solved(
-    design: Design, scales: Scales, factors: Factors, location: Array, lots: Array, steps: int
-) -> ScaleEvidence:
-    """Newton's method for beta and the lots (in units of tau_lot), then Laplace."""
+    design: Design, scales: Scales, factors: Factors, location: Array, lots: Array, steps: int,
+    far: float | None = None,
+) -> ScaleEvidence:  # fmt: skip
+    """Newton's method for beta and the lots (in units of tau_lot), then Laplace; no step moves a log beyond `far`."""
     m = _Marginal.of(design, factors, scales.repeat)
     z, lot_of_log = design.covariates, design.lot[design.unit]
     tau = scales.lot
@@ -332,7 +335,8 @@ def _solved(
         step_beta, step_u = curve.solve(
             z.T @ units.slope, tau * design.per_lot(design.per_unit(units.slope)) - u
         )
-        size, ahead = 1.0, value_at(beta + step_beta, u + step_u)
+        size = 1.0 if far is None else min(1.0, far / _longest(design, step_beta, tau * step_u))
+        ahead = value_at(beta + size * step_beta, u + size * step_u)
         while ahead[0] < value - 1e-9 * abs(value) and size > _STEP:
             size *= 0.3
             ahead = value_at(beta + size * step_beta, u + size * step_u)
@@ -352,6 +356,13 @@ def _solved(
         lot_lean=tau * curve.C / curve.D[:, None],
         factors=factors,
         informed=_informed(design, scales, factors, m, curve),
+    )
+
+
+def _longest(design: Design, step_beta: Array, step_lots: Array) -> float:
+    """By how much such a step moves the log that it moves most."""
+    return max(
+        float(np.abs(design.covariates @ step_beta + step_lots[design.lot[design.unit]]).max()), 1e-300
     )
 
 

@@ -14,6 +14,7 @@ References
 ----------
 .. [1] O. Bodnar, A. Link, B. Arendacka, A. Possolo, C. Elster, "Bayesian estimation in random effects meta-analysis
    using a non-informative prior", Stat. Med. 36 (2017) 378.
+.. [2] E. Veach, L. J. Guibas, "Optimally combining sampling techniques for Monte Carlo rendering", SIGGRAPH 95, 419.
 """
 
 from __future__ import annotations
@@ -35,6 +36,7 @@ Array = NDArray[np.float64]
 WIDE_FROM = 5.41
 _HALF_CHI_SQUARE = 3.84  # 97.5 %
 _DRAWS, _DEGREES = 384, 6.0
+_TURNS, _ENOUGH, _NARROWEST = 3, 0.3, 1e-4
 _LARGE = 4000  # logs from which on the normal distribution about the mode serves
 _BENT = 20_000
 _STEP, _LONGEST, _CLOSE, _ROUNDS = 0.1, 1.5, 0.02, 15
@@ -98,39 +100,77 @@ def posterior_of(design: Design, progress: Callable[[float], None] | None = None
     report(0.4)
     resolved = frozenset(level for level in surface.levels if surface.excludes_zero(mode, level))
     report(0.5)
-    root = np.linalg.cholesky(np.linalg.inv(bend))
-    large = len(surface.design.unit) > _LARGE
-    normal, stretch = _even_draws(_DRAWS, len(mode))
-    stretch = np.ones(_DRAWS) if large else stretch
-    normal[0] = 0.0
-    points = surface.inside(mode + stretch[:, None] * (normal @ root.T))
-    best = _Surface(design, wide=surface.wide).at(mode) if large else surface.at(mode)
-    if large:
-        every = [best] * _DRAWS
-        weight = np.full(_DRAWS, 1.0 / _DRAWS)
+    proposal = _Proposal(mode, np.linalg.cholesky(np.linalg.inv(bend)))
+    if len(surface.design.unit) > _LARGE:
+        points = surface.inside(proposal.points(normal=True))
+        best = _Surface(design, wide=surface.wide).at(mode)[1]
+        every, weight = [best] * _DRAWS, np.full(_DRAWS, 1.0 / _DRAWS)
     else:
-        every, log_weight = [], []
-        for i, point in enumerate(points):
-            value, solution = surface.at(point, best[1])
-            z = np.linalg.solve(root, point - mode)
-            proposal = -0.5 * (_DEGREES + len(z)) * math.log1p(float(z @ z) / _DEGREES)
-            every.append((value, solution))
-            log_weight.append(value - proposal)
-            report(0.5 + 0.5 * i / _DRAWS)
-        weight = np.exp(np.array(log_weight) - max(log_weight))
-        weight /= weight.sum()
+        best = surface.at(mode)[1]
+        points, every, weight = _weighted(surface, proposal, best, report)
     return Posterior(
         scales=tuple(surface.scales(point) for point in points),
         weight=weight,
-        location=np.array([e.location for _, e in every]),
-        root=np.array([np.linalg.cholesky(e.covariance) for _, e in every]),
-        lots=np.array([e.lots for _, e in every]),
-        lot_sd=np.sqrt([e.lot_variance for _, e in every]),
-        lot_lean=np.array([e.lot_lean for _, e in every]),
-        mode=best[1],
+        location=np.array([e.location for e in every]),
+        root=np.array([np.linalg.cholesky(e.covariance) for e in every]),
+        lots=np.array([e.lots for e in every]),
+        lot_sd=np.sqrt([e.lot_variance for e in every]),
+        lot_lean=np.array([e.lot_lean for e in every]),
+        mode=best,
         resolved=resolved,
         tails=tails,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Proposal:
+    """Student's distribution about a center, shape (d,), whose scatter has this Cholesky factor."""
+
+    center: Array
+    root: Array
+
+    def points(self, *, normal: bool = False) -> Array:
+        """Spread evenly, the first at the center."""
+        away, stretch = _even_draws(_DRAWS, len(self.center))
+        away[0] = 0.0
+        return self.center + (1.0 if normal else stretch[:, None]) * (away @ self.root.T)
+
+    def log_density(self, points: Array) -> Array:
+        """But for a constant that all have in common."""
+        z = np.linalg.solve(self.root, (points - self.center).T)
+        square = (z**2).sum(axis=0)
+        return np.asarray(
+            -0.5 * (_DEGREES + len(z)) * np.log1p(square / _DEGREES) - np.log(np.diag(self.root)).sum()
+        )
+
+
+def _weighted(
+    surface: _Surface, proposal: _Proposal, best: ScaleEvidence, report: Callable[[float], None]
+) -> tuple[Array, list[ScaleEvidence], Array]:
+    """Draws with their weights.
+
+    Few logs, or logs that contradict each other, leave a posterior that is not like its peak. Where the weights show
+    that, draws about what the first ones have found are added, and all are weighted by the mean of both proposals [2].
+    """
+    proposals, every, values = [proposal], [], np.zeros(0)
+    points = np.zeros((0, len(proposal.center)))
+    for turn in range(_TURNS):
+        drawn = proposals[-1].points()
+        for i, point in enumerate(surface.inside(drawn)):
+            value, solution = surface.at(point, best)
+            every.append(solution)
+            values = np.append(values, value)
+            report(0.5 + 0.5 * (turn + i / _DRAWS) / _TURNS)
+        points = np.concatenate((points, drawn))
+        log_weight = values - np.logaddexp.reduce([p.log_density(points) for p in proposals], axis=0)
+        weight = np.exp(log_weight - log_weight.max())
+        weight /= weight.sum()
+        if 1.0 / float(weight @ weight) > _ENOUGH * _DRAWS:
+            break
+        center = weight @ points
+        scatter = (points - center).T @ (weight[:, None] * (points - center))
+        proposals.append(_Proposal(center, np.linalg.cholesky(scatter + _NARROWEST * np.eye(len(center)))))
+    return surface.inside(points), every, weight
 
 
 def _even_draws(n: int, dimensions: int) -> tuple[Array, Array]:
