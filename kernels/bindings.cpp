@@ -20,6 +20,7 @@
 #include "allanite/strands.hpp"
 #include "allanite/theo.hpp"
 #include "allanite/whiten.hpp"
+#include "allanite/window_pairs.hpp"
 #include "strands_call.hpp"
 
 namespace nb = nanobind;
@@ -174,6 +175,34 @@ NewVector curve_minimum(const Vector& variance, const Matrix& columns, const Vec
     for (Index j = 0; j < out.size; ++j) out[j] = here.data()[j];
     fit.minimise(slice(columns), slice(rest), out, steps, settled);
     return minimum;
+}
+
+void require_pairs(const Matrix& lengths, const Integers& offsets, const Vector& distance) {
+    require(lengths.shape(1) == 2 && offsets.size() == lengths.shape(0) + 1, "offsets: one more than pairs of lengths");
+    for (size_t p = 0; p < lengths.shape(0); ++p) {
+        require(0.0 < lengths(p, 0) && lengths(p, 0) <= lengths(p, 1), "lengths: positive, the shorter one first");
+        require(0 <= offsets(p) && offsets(p) <= offsets(p + 1), "offsets: must not fall");
+    }
+    require(offsets(0) == 0 && offsets(lengths.shape(0)) == int64_t(distance.size()), "offsets: from 0 to the last");
+}
+
+NewVector window_pairs(const Matrix& lengths, const Integers& offsets, const Vector& distance, double spike,
+                       double linear, double cubic, double exponential, double rate) {
+    require_pairs(lengths, offsets, distance);
+    auto [covariance, out] = new_array<NewVector>({distance.size()});
+    nb::gil_scoped_release unlocked;
+    allanite::window_pairs(slice(lengths), slice(offsets), slice(distance), {spike, linear, cubic, exponential, rate},
+                           out);
+    return covariance;
+}
+
+NewMatrix power_window_pairs(const Matrix& lengths, const Integers& offsets, const Vector& distance,
+                             const Vector& exponents) {
+    require_pairs(lengths, offsets, distance);
+    auto [covariance, out] = new_array<NewMatrix>({exponents.size(), distance.size()});
+    nb::gil_scoped_release unlocked;
+    allanite::power_window_pairs(slice(lengths), slice(offsets), slice(distance), slice(exponents), out);
+    return covariance;
 }
 
 std::pair<NewVector, NewMatrix> pool_likelihood(const Vector& c, const Matrix& rows, const Shapes& pools,
@@ -513,6 +542,17 @@ NB_MODULE(_kernels, m) {
           "here"_a.noconvert(), "whiten"_a.noconvert(), "centre"_a.noconvert(), "steps"_a, "settled"_a,
           "Coefficients, none negative, at which means = rest + columns @ x minimise what curve_step() is of: at most\n"
           "`steps` steps from `here`, each halved until it does not climb, until one gains less than `settled`.");
+    m.def("window_pairs", &window_pairs, "lengths"_a.noconvert(), "offsets"_a.noconvert(), "distance"_a.noconvert(),
+          "spike"_a, "linear"_a, "cubic"_a, "exponential"_a, "rate"_a,
+          "Covariance of second differences over m1 and m2 samples of a phase of generalised covariance\n"
+          "S(t) = spike [t = 0] + linear |t| + cubic |t|**3 + exponential (exp(-u) + u), u = rate |t|:\n"
+          "sum over i, j of w[i] w[j] S(k + j m2 - i m1) / (2 m1 m2), w = (1, -2, 1), at every distance k.\n\n"
+          "lengths (n_pairs, 2): m1 <= m2. distance[offsets[p]:offsets[p + 1]] are those of pair p; offsets\n"
+          "(n_pairs + 1). Constants and t**2 in S cancel.");
+    m.def("power_window_pairs", &power_window_pairs, "lengths"_a.noconvert(), "offsets"_a.noconvert(),
+          "distance"_a.noconvert(), "exponents"_a.noconvert(),
+          "The same for S(t) = |t|**(2 + e) of several exponents e between -1 and 1, shape (n_exponents, n_distances);\n"
+          "t**2 log|t| where e is 0. Windows more than fifty lengths apart: by the fourth derivative.");
     m.def("pool_likelihood", &pool_likelihood, "c"_a.noconvert(), "rows"_a.noconvert(), "pools"_a.noconvert(),
           "moments"_a.noconvert(), "values"_a.noconvert(), "tilts"_a.noconvert(), "slope"_a, "averaged"_a,
           "Minus twice the log-likelihood of pools of vectors and of single values, less constants; the slope of a ramp\n"

@@ -11,6 +11,7 @@
 #include "allanite/curve_fit.hpp"
 #include "allanite/noise.hpp"
 #include "allanite/theo.hpp"
+#include "allanite/window_pairs.hpp"
 #include "records.hpp"
 
 using namespace allanite;
@@ -199,6 +200,27 @@ void curve_of_two_lags() {
     check(zero[0] > 0.8 && zero[1] == 0.0, "curve fit: no negative walk");
 }
 
+/// Windows of one sample and of many, at every distance at which they meet, touch, and lie apart.
+void pairs_of_windows() {
+    const Reals lengths{1, 1, 1, 3, 2, 5}, exponents{-0.5, 0, 0.02, 0.5};
+    Reals distance;
+    Integers offsets{0};
+    for (int p = 0; p < 3; ++p) {
+        for (double k = -600; k <= 600; k += 0.5) distance.push_back(k);
+        offsets.push_back(Index(distance.size()));
+    }
+    Reals white(distance.size()), laws(exponents.size() * distance.size());
+    window_pairs(fixed(lengths), fixed(offsets), fixed(distance), {0, -0.5, 0, 0, 0}, whole(white));
+    check(white[1200] == 1.0 && white[1202] == -0.5 && white[1204] == 0.0, "pairs: white noise, windows of one sample");
+    for (double rate : {1e-6, 0.02, 0.3, 40.0}) {
+        Reals all(distance.size());
+        window_pairs(fixed(lengths), fixed(offsets), fixed(distance), {1, -0.5, 0.1, -1 / (rate * rate), rate}, whole(all));
+        for (double r : all) check(std::isfinite(r), "pairs: finite");
+    }
+    power_window_pairs(fixed(lengths), fixed(offsets), fixed(distance), fixed(exponents), whole(laws));
+    for (double r : laws) check(std::isfinite(r), "pairs: finite power law");
+}
+
 }  // namespace
 
 int main() {
@@ -212,6 +234,7 @@ int main() {
     online_in_float();
     markov_states();
     curve_of_two_lags();
+    pairs_of_windows();
     std::printf("%d passed, %d failed\n", passed, failed);
     return failed == 0 ? 0 : 1;
 }

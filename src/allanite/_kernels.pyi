@@ -70,6 +70,22 @@ def curve_minimum(variance: Annotated[NDArray[numpy.float64], dict(shape=(None,)
     `steps` steps from `here`, each halved until it does not climb, until one gains less than `settled`.
     """
 
+def window_pairs(lengths: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], offsets: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], distance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], spike: float, linear: float, cubic: float, exponential: float, rate: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+    """
+    Covariance of second differences over m1 and m2 samples of a phase of generalised covariance
+    S(t) = spike [t = 0] + linear |t| + cubic |t|**3 + exponential (exp(-u) + u), u = rate |t|:
+    sum over i, j of w[i] w[j] S(k + j m2 - i m1) / (2 m1 m2), w = (1, -2, 1), at every distance k.
+
+    lengths (n_pairs, 2): m1 <= m2. distance[offsets[p]:offsets[p + 1]] are those of pair p; offsets
+    (n_pairs + 1). Constants and t**2 in S cancel.
+    """
+
+def power_window_pairs(lengths: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], offsets: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], distance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], exponents: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+    """
+    The same for S(t) = |t|**(2 + e) of several exponents e between -1 and 1, shape (n_exponents, n_distances);
+    t**2 log|t| where e is 0. Windows more than fifty lengths apart: by the fourth derivative.
+    """
+
 def pool_likelihood(c: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], rows: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], pools: Annotated[NDArray[numpy.int64], dict(shape=(None, 3), order='C', device='cpu', writable=False)], moments: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], values: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], tilts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], slope: float, averaged: bool) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]]:
     """
     Minus twice the log-likelihood of pools of vectors and of single values, less constants; the slope of a ramp

@@ -321,7 +321,9 @@ def test_robust_edf_by_the_plain_sum() -> None:
     model, n, m, constants = NoiseModel.of(RandomWalk(K=1.0)), 300, 12, robust.biweight()
     windows = n - 2 * m + 1
     k = np.arange(-windows + 1, windows).astype(float)
-    r = covariance.cross_covariance(RandomWalk(K=1.0), np.full_like(k, m), np.full_like(k, m), k, "mean")
+    r = covariance.cross_covariance(
+        RandomWalk(K=1.0), np.array([[m, m]], dtype=float), np.array([0, len(k)]), k, "mean"
+    )
     rho = r / r[windows - 1]
     series = sum(c * rho ** (2 * i + 2) for i, c in enumerate(constants.series))
     expected = 2 * constants.slope**2 * windows**2 / float(np.sum((windows - np.abs(k)) * series))

@@ -192,6 +192,11 @@ class CurveDesign:
                 total += ramp * a * self._slope(s)
         return total
 
+    def expect_power_laws(self, slopes: Sequence[float]) -> None:
+        """Compute what the covariances of several power laws need, in one pass: they share their logarithms."""
+        new = [slope for slope in slopes if power_law_symbol(slope) not in self._cross]
+        self._cross |= zip(map(power_law_symbol, new), self.pairs.power_laws(new), strict=True)
+
     def _r12(self, process: str) -> Array:
         if process not in self._cross:
             self._cross[process] = self.pairs.cross(_unit(process), self.sampling)
@@ -228,6 +233,10 @@ class _Longer(CurveDesign):
     def covariance(self, symbols: Sequence[str], c: Array, times: Times = ()) -> Array:
         """As of the whole."""
         return self.whole.covariance(symbols, c, times)[self.left_out :, self.left_out :]
+
+    def expect_power_laws(self, slopes: Sequence[float]) -> None:
+        """As of the whole."""
+        self.whole.expect_power_laws(slopes)
 
 
 def without_shortest(design: CurveDesign, left_out: int) -> CurveDesign:

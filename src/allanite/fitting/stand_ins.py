@@ -31,7 +31,7 @@ EXCLUDES_POWER_LAW = 10.0
 PREFERS_POWER_LAW = 10.0
 #: Loss in twice the log-likelihood at the ends of the interval of a slope, and of a correlation time (95 %).
 INTERVAL = 3.84
-_SLOPES = np.round(np.arange(0.5, 1.51, 0.1), 1)
+_SLOPES: tuple[float, ...] = tuple(np.round(np.arange(0.5, 1.51, 0.1), 1).tolist())
 _SHORTEST_SHARE = 512  # of the record, down to which correlation times are tried
 
 
@@ -66,13 +66,14 @@ class PowerLaws:
 
 def power_laws(data: CurveData, listed: Sequence[CurveSolution]) -> PowerLaws:
     """Power laws beside the best fits of the listed families, the better one first."""
-    laws = [solve(data, ("Q", "N", power_law_symbol(float(slope)), "R")) for slope in _SLOPES]
+    data.design.expect_power_laws(_SLOPES)
+    laws = [solve(data, ("Q", "N", power_law_symbol(slope), "R")) for slope in _SLOPES]
     law = min(laws, key=lambda s: s.value)
     allowed = [i for i, at in enumerate(laws) if at.value - law.value <= INTERVAL]
     excluded = advantage(data, listed[0], law) > EXCLUDES_POWER_LAW
     gain = min(s.value for s in listed) - law.value
     return PowerLaws(
-        slopes=None if excluded else (float(_SLOPES[allowed[0]]), float(_SLOPES[allowed[-1]])),
+        slopes=None if excluded else (_SLOPES[allowed[0]], _SLOPES[allowed[-1]]),
         better=all(advantage(data, law, s) > PREFERS_POWER_LAW for s in listed),
         white=_white_noise(data, [laws[allowed[0]], law, laws[allowed[-1]]]) if gain > INTERVAL else None,
     )

@@ -393,18 +393,27 @@ class GaussMarkov:
 
         Points: ``-sigma^2 [e^-u/(4 sinh^2(a/2)) + |t| coth(a/2)/2]``; means: ``-(sigma/a)^2 (e^-u + u)``.
         """
+        parts, size = self.phase_parts(dt, sampling), np.abs(t)
+        rest = parts["exponential"] * _exp_rest(parts["rate"] * size) if parts["exponential"] else 0.0
+        return np.asarray(rest + parts["linear"] * size)
+
+    def phase_parts(self, dt: float, sampling: str) -> dict[str, float]:
+        """The same as coefficients: ``linear |t| + exponential (e^-u + u)``, ``u = rate |t|``, less a constant."""
         a = dt / self.T
-        size = np.abs(t)
         if a > 300:  # exp(-a) is nothing: white samples, or white means of a process whiter still
             white = self.sigma**2 if sampling == "point" else 2 * (self.sigma / a) ** 2 * (a - 1)
-            return -white / 2 * size
+            return {"linear": -white / 2, "exponential": 0.0, "rate": a}
         if sampling == "mean":
-            return -((self.sigma / a) ** 2) * _exp_rest(a * size)
+            return {"linear": 0.0, "exponential": -((self.sigma / a) ** 2), "rate": a}
         slope = a / 6 - a**3 / 180 + a**5 / 5040
         half = math.sinh(a / 2)
         if a > 0.1:
             slope = 1 / (2 * math.tanh(a / 2)) - a / (4 * half**2)
-        return -(self.sigma**2) * (_exp_rest(a * size) / (4 * half**2) + slope * size)
+        return {
+            "linear": -(self.sigma**2) * slope,
+            "exponential": -(self.sigma**2) / (4 * half**2),
+            "rate": a,
+        }
 
     def markov(self, dt: float, *, sampling: str, record: float, ratio: float) -> MarkovForm:
         """One stationary state."""

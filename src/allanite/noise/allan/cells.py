@@ -194,9 +194,8 @@ def _block(
 ) -> Array:
     m1, m2 = int(cells.lag[first[0]]), int(cells.lag[second[0]])
     k, weight = distance_nodes(m1, m2, n_samples)
-    r = sum(
-        (cross_covariance(t, np.full_like(k, m1), np.full_like(k, m2), k, sampling) for t in terms), 0 * k
-    )
+    lengths, offsets = np.array([[m1, m2]], dtype=np.float64), np.array([0, len(k)])
+    r = sum((cross_covariance(t, lengths, offsets, k, sampling) for t in terms), 0 * k)
     slope = sum(t.R**2 for t in terms if isinstance(t, Ramp))
     order = np.argsort(k, kind="stable")
     k, f = k[order], (weight * (2 * r * r + 2 * slope * m1 * m2 * r))[order]

@@ -20,6 +20,7 @@ References
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -27,8 +28,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite import _kernels
 from allanite.noise import (
-    FLICKER_FLOOR,
     Flicker,
     GaussMarkov,
     NoiseModel,
@@ -61,7 +62,6 @@ _EXACT = 16  # integer positions summed one by one on each side of a break point
 _RATIO = 3.0  # growth of the panels away from it
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _SAMPLED_RUNS = 4096
-_FAR = 50  # beyond this many window lengths flicker has its asymptotic form (relative error 1e-4 there)
 
 
 def complete_starts(missing: Spans, n_samples: int, window: int) -> Spans:
@@ -113,32 +113,37 @@ class LagPairs:
     lags : ndarray of int64, shape (n_lags,)
     first, second : ndarray of int64, shape (n_pairs,)
         Positions in `lags` of the pair's shorter and longer lag.
-    node_lags : ndarray, shape (n_nodes, 2)
-        m1, m2 of the pair that a node belongs to.
     distance : ndarray, shape (n_nodes,)
         k of each node, pairs one after another.
     weight : ndarray, shape (n_nodes,)
         So that sum_k n_k f(k) = sum over nodes of weight * f, divided by M1 M2.
-    offset : ndarray of int64, shape (n_pairs,)
-        First node of each pair.
+    offset : ndarray of int64, shape (n_pairs + 1,)
+        First node of each pair, and the number of nodes.
     """
 
     lags: NDArray[np.int64]
     first: NDArray[np.int64]
     second: NDArray[np.int64]
-    node_lags: Array
     distance: Array
     weight: Array
     offset: NDArray[np.int64]
 
     def cross(self, term: TermType | PowerLaw, sampling: str) -> Array:
         """r12 of a term at every node (unit sample interval), shape (n_nodes,)."""
-        m1, m2 = self.node_lags.T
-        return cross_covariance(term, m1, m2, self.distance, sampling)
+        return cross_covariance(term, self.lengths, self.offset, self.distance, sampling)
+
+    def power_laws(self, slopes: Sequence[float]) -> Array:
+        """r12 of noise of density f^-slope for several slopes (`PowerLaw`), shape (n_slopes, n_nodes)."""
+        return _power_laws(slopes, self.lengths, self.offset, self.distance)
+
+    @property
+    def lengths(self) -> Array:
+        """m1, m2 of each pair, shape (n_pairs, 2)."""
+        return np.stack([self.lags[self.first], self.lags[self.second]], axis=1).astype(np.float64)
 
     def sum(self, values: Array) -> Array:
         """sum_k n_k f(k)/(M1 M2) of every pair as a symmetric matrix, shape (n_lags, n_lags)."""
-        sums = np.add.reduceat(self.weight * values, self.offset)
+        sums = np.add.reduceat(self.weight * values, self.offset[:-1])
         out = np.empty((len(self.lags),) * 2)
         out[self.first, self.second] = sums
         out[self.second, self.first] = sums
@@ -181,10 +186,9 @@ def _build_pairs(lags: tuple[int, ...], n_samples: int, starts: Sequence[Spans] 
         lags=m,
         first=first,
         second=second,
-        node_lags=np.repeat(np.stack([m[first], m[second]], axis=1).astype(np.float64), sizes, axis=0),
         distance=np.concatenate(distances),
         weight=np.concatenate(weights),
-        offset=np.concatenate(([0], np.cumsum(sizes)[:-1])),
+        offset=np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
     )
 
 
@@ -262,32 +266,59 @@ def _panel(count: int) -> tuple[Array, Array]:
     return nodes, weights
 
 
-def cross_covariance(term: TermType | PowerLaw, m1: Array, m2: Array, k: Array, sampling: str) -> Array:
-    """r12(k) of one term at unit sample interval; m1 <= m2."""
-    if isinstance(term, Ramp):
-        return np.zeros_like(k)
-    inside = (k > -2 * m2) & (k < 2 * m1)
-    reaches = isinstance(term, (Flicker, PowerLaw, Sinusoid))
-    closed = isinstance(term, Quantisation)  # single points, also at the very ends of the support
-    where = np.ones_like(inside) if reaches or closed else inside
-    out = np.zeros_like(k)
-    a, b, t = m1[where], m2[where], k[where]
-    out[where] = _second_differences(_lag_function(term, sampling), a, b, t)
-    if isinstance(term, (Flicker, PowerLaw)):
-        centre = k + m2 - m1
-        far = np.abs(centre) > _FAR * (m1 + m2)
-        one, scale = (
-            (term, 1.0)
-            if isinstance(term, PowerLaw)
-            else (PowerLaw(slope=1.0), (FLICKER_FLOOR * term.B) ** 2)
-        )
-        out[far] = scale * one.far(m1[far], m2[far], centre[far])
-    if isinstance(term, GaussMarkov):
-        out = _far_gauss_markov(term, m1, m2, k, sampling, out)
-    return out
+def cross_covariance(
+    term: TermType | PowerLaw, lengths: Array, offsets: NDArray[np.int64], distance: Array, sampling: str
+) -> Array:
+    """r12(k) of one term at unit sample interval, shape (n_distances,).
+
+    Parameters
+    ----------
+    lengths : ndarray, shape (n_pairs, 2) [samples]
+        m1 <= m2 of each pair of windows.
+    offsets : ndarray of int64, shape (n_pairs + 1,)
+        Where its distances begin, and where the last end.
+    distance : ndarray, shape (n_distances,) [samples]
+    sampling : "mean" or "point"
+    """
+    match term:
+        case Ramp():
+            return np.zeros_like(distance)
+        case PowerLaw():
+            return np.asarray(_power_laws([term.slope], lengths, offsets, distance)[0])
+        case Flicker():
+            part = _kernels.power_window_pairs(lengths, offsets, distance, np.zeros(1))[0]
+            return np.asarray(term.B**2 / (2 * np.pi) * part)
+        case Sinusoid():
+            m1, m2 = np.repeat(lengths, np.diff(offsets), axis=0).T
+            return _second_differences(_lag_function(term, sampling), m1, m2, distance)
+    return _kernels.window_pairs(lengths, offsets, distance, **_phase_parts(term, sampling))
 
 
-def _lag_function(term: TermType | PowerLaw, sampling: str) -> Callable[[Array], Array]:
+def _power_laws(
+    slopes: Sequence[float], lengths: Array, offsets: NDArray[np.int64], distance: Array
+) -> Array:
+    exponents = np.array([0.0 if abs(slope - 1) < 1e-9 else slope - 1 for slope in slopes])
+    covariance = _kernels.power_window_pairs(lengths, offsets, distance, exponents)
+    scale = [4 * math.log(2) if e == 0 else 4 * math.expm1(e * math.log(2)) for e in exponents]
+    return np.asarray(covariance / np.array(scale)[:, None])
+
+
+def _phase_parts(term: Quantisation | White | RandomWalk | GaussMarkov, sampling: str) -> dict[str, float]:
+    """The generalised covariance of the phase of a term, as the kernel takes it."""
+    parts = {"spike": 0.0, "linear": 0.0, "cubic": 0.0, "exponential": 0.0, "rate": 0.0}
+    match term:
+        case Quantisation():
+            return parts | {"spike": term.Q**2}
+        case White():
+            return parts | {"linear": -(term.N**2) / 2}
+        case RandomWalk():
+            cubic = term.K**2 / 12
+            return parts | {"cubic": cubic, "linear": 0.0 if sampling == "mean" else -cubic}
+        case GaussMarkov():
+            return parts | term.phase_parts(1.0, sampling)
+
+
+def _lag_function(term: TermType, sampling: str) -> Callable[[Array], Array]:
     return lambda t: term.phase_covariance(t, 1.0, sampling)
 
 
@@ -297,20 +328,6 @@ def _second_differences(S: Callable[[Array], Array], m1: Array, m2: Array, k: Ar
         for j, wj in enumerate((1, -2, 1)):
             total += wi * wj * S(k + j * m2 - i * m1)
     return total / (2 * m1 * m2)
-
-
-def _far_gauss_markov(term: GaussMarkov, m1: Array, m2: Array, k: Array, sampling: str, out: Array) -> Array:
-    """Windows that do not overlap: a product of exponentials, free of cancellation."""
-    a = 1.0 / term.T
-    if a > 300:
-        out[(k >= 2 * m1) | (k <= -2 * m2)] = 0.0
-        return out
-    scale = (term.sigma / a) ** 2 if sampling == "mean" else term.sigma**2 / (4 * np.sinh(a / 2) ** 2)
-    for side, near, far, d in ((k >= 2 * m1, m1, m2, k - 2 * m1), (k <= -2 * m2, m2, m1, -k - 2 * m2)):
-        p, q, t = near[side], far[side], d[side]
-        shape = np.expm1(-a * q) ** 2 * np.expm1(-a * p) ** 2
-        out[side] = -scale / (2 * p * q) * np.exp(-a * t) * shape
-    return out
 
 
 def covariance(model: NoiseModel, pairs: LagPairs, dt: float, sampling: str) -> Array:
