@@ -7,13 +7,14 @@ from typing import Any
 
 __all__ = ["draw_all", "misplaced_labels", "unfold"]
 
-_LABELS = ".annotation-text-g, .xtick text, .ytick text, .x2tick text, .y2tick text, .g-xtitle, .g-ytitle, .legendtext"
+_LABELS = ".chart-label, .chart-tick, .chart-name"
 _MISPLACED = """
 (labels) => {
   const wrong = [], slack = 1.5;
-  for (const live of document.querySelectorAll(".live")) {
-    const frame = live.querySelector(".main-svg")?.getBoundingClientRect();
-    if (!frame) { wrong.push([live.id, "not drawn"]); continue; }
+  for (const live of document.querySelectorAll(".live")) if (!live.dataset.drawn) wrong.push([live.id, "not drawn"]);
+  for (const live of document.querySelectorAll(".chart-picture")) {
+    const frame = live.getBoundingClientRect();
+    live.id ||= live.closest(".live").id;
     const boxes = [...live.querySelectorAll(labels)]
       .map((e) => [e.textContent.trim(), e.getBoundingClientRect()])
       .filter(([text, b]) => text && b.width);
@@ -43,8 +44,7 @@ def draw_all(view: Any) -> None:
     places = view.locator(".live:visible")
     for i in range(places.count()):
         places.nth(i).scroll_into_view_if_needed()
-        places.nth(i).locator(".main-svg").first.wait_for(timeout=10_000)
-    view.evaluate("() => new Promise((done) => setTimeout(done, 300))")  # labels are placed after the drawing
+        places.nth(i).locator(".chart-picture").first.wait_for(timeout=10_000)
 
 
 def misplaced_labels(view: Any) -> list[Any]:

@@ -280,7 +280,6 @@ def test_public_types_load_only_the_standard_library_and_numpy() -> None:
 IDLE = (
     "pandas",
     "matplotlib",
-    "plotly",
     "scipy.stats",
     "jinja2",
     "ruamel",

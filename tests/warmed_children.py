@@ -29,7 +29,7 @@ WARM = (
     CHILD, "allanite.commands.cli.program", "allanite.commands.page.tasks", "allanite.commands.page.documents",
     "allanite.commands.study", "allanite.files.readers.text", "allanite.recording.health", "allanite.views.report",
     "allanite.views.terminal.page", "allanite.views.study", "allanite.views.plain_page", "allanite.views.registry",
-    "allanite.views.figures.plotly", "allanite.views.figures.picture", "allanite.views.figures.matplotlib",
+    "allanite.views.figures.screen", "allanite.views.figures.picture", "allanite.views.figures.matplotlib",
     "matplotlib.figure", "scipy.linalg", "scipy.optimize", "scipy.special", "pyarrow.parquet",
 )  # fmt: skip
 #: Of a message: an environment.

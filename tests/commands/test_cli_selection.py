@@ -133,7 +133,7 @@ def test_bars_are_as_long_as_the_weights(found: Selection) -> None:
 
 def test_pictures_are_drawn_by_both_libraries(found: Selection) -> None:
     assert al.plot(found).axes
-    assert al.plot(found.to_json(), interactive=True, dark=True).to_dict()["data"]
+    assert al.plot(found.to_json(), interactive=True, dark=True).sheet.panels
 
 
 def test_words_say_values_with_intervals(found: Selection) -> None:

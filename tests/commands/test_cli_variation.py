@@ -118,7 +118,7 @@ def test_map_marks_the_significant_windows_and_the_change(varied: Variation) -> 
 def test_pictures_of_both_are_drawn_by_both_libraries(varied: Variation, separated: Separation) -> None:
     for result in (varied, separated):
         assert al.plot(result).axes
-        assert al.plot(result.to_json(), interactive=True, dark=True).to_dict()["data"]
+        assert al.plot(result.to_json(), interactive=True, dark=True).sheet.panels
     parts, correlation = sheet_of(separated).panels
     assert sum("upper limit" in curve.label for curve in parts.curves) >= 1
     assert sum(curve.marker is not None for curve in correlation.curves) == 3

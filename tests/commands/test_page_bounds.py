@@ -602,7 +602,7 @@ def test_security_says_what_bounds_every_option_and_every_route(browser: Browser
     assert found, "SECURITY.md has no section on what a request to the page can set"
     named = set(re.findall(r"`([^`]+)`", section.partition("\n## ")[0]))
     routes = {r.path for r in browser.app.app.routes if isinstance(r, Route)}
-    wanted = {*get_args(OptionType), *(r for r in routes if not r.startswith("/plotly"))}
+    wanted = {*get_args(OptionType), *routes}
     assert wanted - named == set()
-    stale = {n for n in named if n.startswith("/") and n not in routes and not n.startswith("/plotly")}
+    stale = {n for n in named if n.startswith("/") and n not in routes}
     assert stale == set()

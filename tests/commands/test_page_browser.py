@@ -237,11 +237,11 @@ def stroke(page: Any, plot: Any, begin: float, end: float) -> None:
 def band(page: Any, plot: Any) -> tuple[float, float]:
     """Ends of the first mark on the series in pixels, once it is drawn where its row says."""
     ends = """plot => {
-      const path = plot.querySelector(".shapelayer path[data-index='0']"), { xaxis } = plot._fullLayout;
+      const path = plot.querySelector(".chart-mark[data-index='0']"), [panel] = plot.chart.panels;
       const rows = [...document.querySelectorAll(".marks input")].slice(0, 2).map((i) => Number(i.value));
       if (!path || plot.dataset.stroke !== "marks") return null;
       const { left, right } = path.getBoundingClientRect(), from = plot.getBoundingClientRect().left;
-      const there = rows.map((value) => xaxis._offset + xaxis.d2p(value)), here = [left - from, right - from];
+      const there = rows.map((value) => panel.px(value)), here = [left - from, right - from];
       return here.every((x, i) => Math.abs(x - there[i]) < 2) ? here : null;
     }"""
     return tuple(until(page, lambda: plot.evaluate(ends)))
@@ -306,10 +306,8 @@ def test_from_a_dropped_log_to_imu_yaml_in_two_clicks(
     page.mouse.click(*pointed(page, 1))
     page.get_by_text("1 averaging time will be left out").wait_for()
     assert page.get_by_label("0.04 s", exact=True).is_checked()
-    no_double_click(page)
     page.mouse.click(*pointed(page, 1))
     page.get_by_role("button", name="Fit again").wait_for(state="detached")
-    no_double_click(page)
     page.mouse.click(*pointed(page, 1))
     page.get_by_role("button", name="Fit again").click()
     study = result_of(page, served[1], "--exclude=") / "study.json"
@@ -349,27 +347,15 @@ def test_a_study_by_likelihood_has_no_averaging_times_to_leave_out(
     assert again.get_by_label("Method", exact=True).input_value() == "likelihood"
 
 
-def no_double_click(page: Any) -> None:
-    """Two clicks in a row are a zoom: wait until the next one is no second."""
-    page.locator(STUDY).evaluate(
-        """plot => new Promise((done) => {
-             const over = () => Date.now() - plot._mouseDownTime > plot._context.doubleClickDelay;
-             const look = () => (over() ? done() : requestAnimationFrame(look));
-             look();
-           })"""
-    )
-
-
 def pointed(page: Any, number: int) -> tuple[float, float]:
     """Where a point of the Allan curve stands on the screen."""
     plot = page.locator(STUDY)
     settled(page, plot)
     x, y = plot.evaluate(
         """(plot, number) => {
-             const { xaxis, yaxis } = plot._fullLayout, box = plot.getBoundingClientRect();
-             const { x, y } = plot.data.find((t) => t.mode === "lines+markers" && t.customdata);
-             const at = (axis, value) => axis._offset + axis.d2p(value);
-             return [box.x + at(xaxis, x[number]), box.y + at(yaxis, y[number])];
+             const [panel] = plot.chart.panels, box = panel.picture.getBoundingClientRect();
+             const { x, y } = panel.facts.curves.find((c) => c.marker && c.lower);
+             return [box.x + panel.px(x[number]), box.y + panel.py(y[number])];
            }""",
         number,
     )
@@ -415,7 +401,7 @@ def test_report_in_one_click_is_complete_without_a_network(page: Any, chromium: 
     view.locator("details:not([open])").evaluate_all(fold, True)
     for figure in view.locator("figure .live").all():
         figure.scroll_into_view_if_needed()
-        figure.locator(".main-svg").first.wait_for()
+        figure.locator(".chart-picture").first.wait_for()
     view.locator("details").evaluate_all(fold, False)
     assert count >= 3 and view.get_by_text("gyroscope", exact=False).count()
     assert not troubles
@@ -454,7 +440,7 @@ def test_zoom_shows_every_sample_and_work_is_cancelled(page: Any) -> None:
     plot.press("+")
     page.locator(".series [role=status]", has_text="15 s on screen").wait_for()
     plot.press("ArrowRight")
-    until(page, lambda: plot.evaluate("p => p.layout.xaxis.range[0]") == pytest.approx(11.25, abs=0.02))
+    until(page, lambda: plot.evaluate("p => p.chart.panels[0].range.x[0]") == pytest.approx(11.25, abs=0.02))
     page.get_by_role("button", name="Whole record").press("Enter")
     # Work can be cancelled, and begun again.
     page.get_by_role("button", name=re.compile("^Characterize")).first.click()
@@ -555,7 +541,7 @@ def test_what_a_file_does_not_say_is_asked_in_its_words(page: Any, tmp_path: Pat
     assert page.get_by_label(re.compile("^Accelerometer")).input_value() == "16384 LSB/g"
     assert "From gravity" in asked.text_content()
     page.get_by_role("button", name="Read the file with this").click()
-    page.locator(".series .ytitle", has_text="deg/s").first.wait_for()
+    page.locator(".series .chart-name", has_text="deg/s").first.wait_for()
     assert "8 s" in page.locator("#series-title").text_content() and not asked.count()
     same = page.locator(".same code", has_text="--scale-factor=gyro=131 LSB/(deg/s),acc=16384 LSB/g")
     same.wait_for(state="attached")
@@ -597,7 +583,7 @@ def test_w9_names_of_files_and_channels_are_text(page: Any) -> None:
     assert page.locator("img").count() == 0
     asked = page.get_by_role("region", name="What the file does not say")
     assert f"{EVIL_NAME}: whole numbers from 0 to 6." in asked.text_content()
-    assert EVIL_NAME in page.locator(".series .ytitle").text_content()
+    assert f"{EVIL_NAME} [units]" in page.locator(".series .chart-name").all_text_contents()
 
 
 # -- captures --------------------------------------------------------------------------------------------------------

@@ -25,6 +25,7 @@ from allanite.commands.page.catalogue import Catalogue
 from allanite.commands.page.server import address_of
 from allanite.commands.page.settings import Settings, checked_settings
 from allanite.errors import InputError
+from allanite.views.figures import screen
 from page_client import BASE, PORT, Browser, application, small_log
 from shell import Run
 
@@ -269,15 +270,14 @@ def test_w9_names_are_text(tmp_path: Path) -> None:
     compile(previewed["python"], "lines", "exec")
 
 
-def test_script_of_plotly_is_fetched_once(browser: Browser) -> None:
-    import plotly
-
-    found = browser.get(f"/plotly-{plotly.__version__}.min.js", headers={"Accept-Encoding": "gzip"})
-    assert found.status_code == 200 and "immutable" in found.headers["cache-control"]
-    assert found.headers["content-encoding"] == "gzip"
-    own = Path(plotly.__file__).parent / "package_data" / "plotly.min.js"
-    assert found.content == own.read_bytes()  # unpacked by the client
-    assert int(found.headers["content-length"]) < 0.4 * own.stat().st_size
+def test_figures_are_drawn_by_our_own_script_with_no_style_in_the_page(browser: Browser) -> None:
+    page = browser.get("/")
+    assert "style-src 'self';" in page.headers["content-security-policy"]
+    assert "<style" not in page.text and " style=" not in page.text
+    script, style = browser.get("/static/chart.js"), browser.get("/static/chart.css")
+    assert script.text == screen.script() and "--of-grid" in style.text
+    again = browser.get("/static/chart.js", headers={"If-None-Match": script.headers["etag"]})
+    assert again.status_code == 304
 
 
 def test_w1_another_address_needs_a_token(tmp_path: Path, run: Run) -> None:

@@ -193,7 +193,7 @@ def said_as_by(report: str, document: dict[str, Any]) -> None:
         if block["kind"] == "table":
             assert all(html.unescape(cells[0]["text"]) in report for cells, _ in block["rows"])
         if block["kind"] == "figure":
-            assert block["spec"]["data"] and block["caption"][:40] in report
+            assert block["spec"]["panels"] and block["caption"][:40] in report
 
 
 #: Those that the page can draw, as its script names them.
@@ -252,7 +252,7 @@ def test_planner_answers_while_a_slider_moves(browser: Browser, study: dict[str,
     answer = browser.post("/api/plan", request)
     assert answer.status_code == 200, answer.text
     found = answer.json()
-    assert found["figure"]["data"] and found["document"]["format"] == "allanite-plan"
+    assert found["figure"]["panels"] and found["document"]["format"] == "allanite-plan"
     os.chdir(browser.app.settings.folder)
     typed = run(*shlex.split(found["command"])[1:], "--json")
     assert numbers(json.loads(typed.out)) == numbers(found["document"])
@@ -381,17 +381,15 @@ def test_figures_are_those_of_the_report(browser: Browser, study: dict[str, Any]
     key = study["document"]
     document = browser.get(f"/api/documents/{key}").json()
     asks: tuple[tuple[str, dict[str, Any]], ...] = (
-        ("", {}), ("?view=spectrum", {"view": "spectrum"}), ("?view=groups&dark=1", {"view": "groups", "dark": True}),
+        ("", {}), ("?view=spectrum", {"view": "spectrum"}), ("?view=groups", {"view": "groups"}),
         ("?without=N", {"without": ["N"]}),
     )  # fmt: skip
     for asked, options in asks:
         found = browser.get(f"/api/documents/{key}/figure{asked}")
         assert found.status_code == 200, found.text
         assert found.json() == json.loads(json.dumps(figure_of(document, **options)))
-    everything, fewer = (
-        figure_of(document, **o)["data"] for o in ({}, {"without": ["N", "B", "G", "K", "R", "Q"]})
-    )
-    assert len(fewer) < len(everything)
+    everything, fewer = (figure_of(document, **o) for o in ({}, {"without": ["N", "B", "G", "K", "R", "Q"]}))
+    assert len(json.dumps(fewer)) < len(json.dumps(everything))
     for bad, said in (
         ("view=x", "there are: channels"),
         ("without=W", "no noise term"),
@@ -441,7 +439,7 @@ def test_results_that_only_commands_make_are_shown(browser: Browser) -> None:
     (folder / "calibration.json").write_text(json.dumps(estimate().to_json()))
     (folder / "broken.json").write_text('{"format": "allanite-north", "version": 1}')
     ids = {d["name"]: d["id"] for d in browser.get("/api/catalogue").json()["documents"]}
-    found = browser.get(f"/api/documents/{ids['by-hand/calibration.json']}/said", params={"dark": "1"})
+    found = browser.get(f"/api/documents/{ids['by-hand/calibration.json']}/said")
     assert found.status_code == 200, found.text
     said_as_by(text_of(al_report.html_of(estimate())), estimate().to_json())
     broken = browser.get(f"/api/documents/{ids['by-hand/broken.json']}/said")

@@ -73,7 +73,7 @@ def test_a_capture_outlives_the_page(tmp_path: Path) -> None:
         listed = browser.get("/api/catalogue").json()["recordings"]
         assert [(r["id"], r["status"], r["is_run"]) for r in listed] == [(run_id, "recording", True)]
         figure = until(lambda: (a := browser.get(f"/api/runs/{run_id}/figure")).status_code == 200 and a)
-        assert figure.json()["data"]
+        assert figure.json()["panels"]
         pid = browser.app.captures.get(started["id"]).pid
         before = len(list(open_run(folder).batches()))
     # the server has ended

@@ -98,7 +98,7 @@ def normal(text: str) -> str:
 
 
 def _versions() -> list[str]:
-    parts = ("allanite", "numpy", "scipy", "pyarrow", "matplotlib", "plotly")
+    parts = ("allanite", "numpy", "scipy", "pyarrow", "matplotlib")
     found = [platform.python_version(), *(importlib.metadata.version(p) for p in parts)]
     return [v for v in found if v.count(".") > 1]
 
@@ -215,21 +215,25 @@ def report(text: str) -> str:
     page = _Blocks()
     page.feed(text)
     lines = [" ".join(line.split()) for line in page.lines]
-    figures = json.loads(page.data)["figures"] if page.data else {}
+    figures = json.loads(page.data) if page.data else {}
     for name, figure in figures.items():
         lines += [f"figure {name}: {line}" for line in _figure(figure)]
     return normal("\n".join(line for line in lines if line) + "\n")
 
 
+_NUMBERS = ("x", "y", "lower", "upper", "low", "high", "start", "stop", "at", "limits")
+_WORDS = ("title", "label", "text", "name", "words", "band_label", "hollow_label")
+
+
 def _figure(value: object, path: str = "") -> Iterator[str]:
-    """Words and numbers of a figure; nothing of its colors and sizes."""
+    """Words and numbers of a figure; nothing of its colors and outlines."""
     if isinstance(value, dict):
         for key, inner in value.items():
-            if key in ("x", "y", "z", "error_y", "customdata"):
+            if key in _NUMBERS and not isinstance(inner, dict):
                 yield from lines_of(inner, f"{path}.{key}")
-            elif key in ("text", "name", "hovertemplate", "ticktext") and inner:
+            elif key in _WORDS and inner:
                 yield f"{path}.{key} = {inner!r}"
-            else:
+            elif key != "legend":  # of the curves' own words
                 yield from _figure(inner, f"{path}.{key}")
     elif isinstance(value, list):
         for i, inner in enumerate(value):

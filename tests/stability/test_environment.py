@@ -471,7 +471,7 @@ def test_reports_and_figures(study: al.Study, found: EnvironmentEstimate) -> Non
     assert "Fieller" in own
     for view in ("temperature", "deviation", "time"):
         assert len(plot(found, view=view).axes) >= 1
-    assert len(plot(found, interactive=True).data) >= 8
+    assert sum(len(panel.curves) for panel in plot(found, interactive=True).sheet.panels) >= 8
     with pytest.raises(InputError, match="no view"):
         plot(found, view="colour")
 

@@ -465,7 +465,7 @@ def test_studies_know_their_means_and_a_turn_on_bias_shows() -> None:
     assert bias.population.spread.value == pytest.approx(np.std(biases, ddof=1), rel=0.3)
     sheet = al.plot(found)
     assert [a.get_title(loc="left").split(":")[0] for a in sheet.axes[:3]] == ["gyro", "N", "B"]
-    assert len(al.plot(found, interactive=True, view="curves").data) >= 4
+    assert len(al.plot(found, interactive=True, view="curves").sheet.panels[0].curves) >= 4
     with pytest.raises(InputError, match="view"):
         al.plot(found, view="pie")
 
@@ -527,7 +527,7 @@ def test_picture_has_a_column_for_each_channel_and_no_hole() -> None:
     assert sum(p.drawing is not None for p in sheet.panels) == len(channel["parameters"]) - 1 > 0
     width, height = al.plot(three).get_size_inches()
     assert height <= width
-    assert al.plot(three, interactive=True).to_dict()["data"]
+    assert "AllaniteChart" in al.plot(three, interactive=True).to_html()
     alone = sheet_of(two)
     said = [c.label for p in alone.panels for c in p.curves if c.label]
     assert {len(row) for row in alone.rows} == {1} and len(set(said)) == len(said)

@@ -7,6 +7,7 @@ import io
 import math
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,10 @@ import pytest
 
 import allanite as al
 import sample_study
-from allanite.errors import InputError
+from allanite.errors import InputError, StorageError
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.views.figures import matplotlib as paper
-from allanite.views.figures import plotly as screen
-from allanite.views.figures import sheet_of
+from allanite.views.figures import screen, sheet_of
 from allanite.views.figures.panel import DARK, LIGHT, Panel
 from allanite.views.figures.picture import svg
 
@@ -183,26 +183,21 @@ def test_places_of_findings_are_marked_in_their_channel_only(study: dict[str, An
 def test_paper_and_screen_show_the_same(study: dict[str, Any], view: str) -> None:
     sheet = sheet_of(study, view=view)
     drawn = paper.figure(sheet)
-    document = screen.spec(sheet)
+    document = screen.spec(sheet)["panels"]
     axes = [a for a in drawn.axes if a.get_visible()]
-    layout = document["layout"]
-    assert len(axes) == len(sheet.panels) == sum(key.startswith("xaxis") for key in layout)
-    for i, shown in enumerate(sheet.panels):
-        key = "xaxis" + ("" if i == 0 else str(i + 1))
+    assert len(axes) == len(sheet.panels) == len(document)
+    for paper_axes, shown, stated in zip(axes, sheet.panels, document, strict=True):
         if shown.x.limits:
-            low, high = axes[i].get_xlim()
-            ends = layout[key]["range"]
-            assert (low, high) == pytest.approx([10**e if shown.x.log else e for e in ends], rel=1e-3)
-        words = {
-            a["text"] for a in layout["annotations"] if a["xref"].split()[0] == f"x{i + 1}".replace("x1", "x")
-        }
-        paper_words = {t.get_text() for t in axes[i].texts}
+            assert paper_axes.get_xlim() == pytest.approx(stated["x"]["limits"], rel=1e-3)
+        words = {mark["text"] for name in ("labels", "limits") for mark in stated.get(name, ())}
+        paper_words = {t.get_text() for t in paper_axes.texts}
         for text in [*shown.labels, *shown.limits]:
-            assert screen._plain(text.text) in words
-            assert text.text in paper_words
-    lines = [c for p in sheet.panels for c in p.curves]
-    names = [t for t in document["data"] if t["mode"].startswith("lines") and t.get("name")]
-    assert len(names) == sum(bool(c.label) for c in lines)
+            assert text.text in words & paper_words
+        for curve, plain in zip(shown.curves, stated.get("curves", ()), strict=True):
+            assert plain["label"] == curve.label
+            finite = np.isfinite(curve.y)
+            assert np.array(plain["y"], dtype=float)[finite] == pytest.approx(curve.y[finite], rel=1e-5)
+            assert [y is None for y in plain["y"]] == (~finite).tolist()
 
 
 @pytest.mark.parametrize("view", ["channels", "groups"])
@@ -236,8 +231,8 @@ def test_names_are_text_and_never_markup(study: dict[str, Any], name: str) -> No
     channel = {**study["channels"][0], "name": name}
     al.plot({**study, "channels": [channel]}, view="record").savefig(io.BytesIO(), format="svg")
     al.plot(channel).savefig(io.BytesIO(), format="svg")
-    traces = screen.spec(sheet_of(channel))["data"]
-    assert all("<" not in trace.get("name", "") for trace in traces)
+    page = al.plot(channel, interactive=True).to_html()
+    assert page.count("<b>") == 0 and page.count("</script>") == 2  # ours
 
 
 def test_figures_leave_no_trace_in_the_process() -> None:
@@ -246,18 +241,23 @@ def test_figures_leave_no_trace_in_the_process() -> None:
         "from allanite_seed_paper.figures import figure_4\n"
         "al.plot(al.NoiseModel.of(White(N=1.0)))\n"
         "al.plot(figure_4().sheet).savefig(io.BytesIO(), format='pdf')\n"
-        "assert 'matplotlib.pyplot' not in sys.modules and 'plotly' not in sys.modules"
+        "assert 'matplotlib.pyplot' not in sys.modules"
     )
     done = subprocess.run([sys.executable, "-c", code], check=False, timeout=60)
     assert done.returncode == 0
 
 
-def test_an_interactive_figure_brings_its_script_along() -> None:
+def test_an_interactive_figure_brings_its_script_along(tmp_path: Path) -> None:
     figure = al.plot(NoiseModel.of(White(N=1.0)), interactive=True)
-    page = figure._repr_html_()
-    assert set(figure._repr_mimebundle_()) == {"text/html"}
-    assert "<script src=" not in page
-    assert len(page) > 4e6
+    page = figure.to_html()
+    assert "AllaniteChart" in page and "<script src=" not in page
+    assert "http" not in page.replace("http://www.w3.org", "")  # the name of SVG
+    assert len(page) < 80_000
+    frame = figure._repr_html_()
+    assert frame.startswith("<iframe srcdoc=") and "<script" not in frame
+    assert figure.save(tmp_path / "curve.html").read_text(encoding="utf-8") == page
+    with pytest.raises(StorageError, match="--force"):
+        figure.save(tmp_path / "curve.html")
 
 
 # -- every result, and what has no figure -------------------------------------------------------------------

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError, InputError
 from allanite.experiments.calibration import CalibrationEstimate
 from allanite.views.figures import matplotlib as paper
-from allanite.views.figures import plotly as screen
-from allanite.views.figures import sheet_of
+from allanite.views.figures import screen, sheet_of
 from allanite.views.figures.correlation import correlation
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words
 from allanite.views.figures.panel import DARK, LIGHT, Curve, Panel, Sheet

@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import io
+import json
 import math
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -24,8 +26,7 @@ from allanite.noise import NoiseModel, White
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.quantity import Quantity
 from allanite.views.figures import matplotlib as paper
-from allanite.views.figures import plotly as screen
-from allanite.views.figures import sheet_of
+from allanite.views.figures import screen, sheet_of
 from allanite.views.figures.drawing import DrawnShape, Words, arrow, box
 from allanite.views.figures.panel import DARK, LIGHT, SPAN_LOOKS, Curve, Panel, Sheet
 from allanite.views.figures.picture import svg
@@ -230,13 +231,12 @@ def test_what_is_not_used_says_why(take: al.Recording, estimate: EarthRateEstima
     words = {look.words for look in SPAN_LOOKS.values() if look.words}
     words -= {"dead time, not used", "at rest, used"}  # not in this picture
     assert words <= {t.get_text() for t in paper.figure(sheet).axes[0].get_legend().get_texts()}  # type: ignore[union-attr]
-    document = screen.spec(sheet)
-    assert words <= {trace.get("name") for trace in document["data"]}
-    paths = [s["path"] for s in document["layout"]["shapes"] if s["type"] == "path"]
-    reach = [
-        float(pair.split(",")[0]) for path in paths for pair in path.replace("M", "").replace("L", "").split()
-    ]
-    assert spans["unknown"].start - 1e-4 <= min(reach) < max(reach) <= spans["unknown"].stop + 1e-4
+    (document,) = screen.spec(sheet)["panels"]
+    assert words <= {entry["words"] for entry in document["legend"]}
+    (hatched,) = (span for span in document["spans"] if span.get("hatched"))
+    assert (hatched["start"], hatched["stop"]) == pytest.approx(
+        (spans["unknown"].start, spans["unknown"].stop), rel=1e-5
+    )
 
 
 def test_a_turn_at_close_range(take: al.Recording, estimate: EarthRateEstimate) -> None:
@@ -412,12 +412,9 @@ KINDS = ("earth rate", "turn", "filtered", "plan", "north", "aided")
 @pytest.mark.parametrize("kind", KINDS)
 def test_both_renderers_draw_all_of_it(sheets: dict[str, Sheet], kind: str) -> None:
     sheet = sheets[kind]
-    drawn, document = paper.figure(sheet), screen.spec(sheet)
-    layout = document["layout"]
-    assert len(drawn.axes) == len(sheet.panels) == sum(key.startswith("xaxis") for key in layout)
-    shapes = sum(len(p.spans) + len(p.rugs) + sum(x.place != "point" for x in p.labels) for p in sheet.panels)
-    written = {note["text"] for note in layout["annotations"]}
-    for axes, shown in zip(drawn.axes, sheet.panels, strict=True):
+    drawn, document = paper.figure(sheet), screen.spec(sheet)["panels"]
+    assert len(drawn.axes) == len(sheet.panels) == len(document)
+    for axes, shown, stated in zip(drawn.axes, sheet.panels, document, strict=True):
         if shown.drawing is None:
             assert (
                 {t.get_text() for t in axes.get_legend().get_texts()} == set(shown.entries)
@@ -425,15 +422,18 @@ def test_both_renderers_draw_all_of_it(sheets: dict[str, Sheet], kind: str) -> N
                 else True
             )
             assert axes.get_xlim() == pytest.approx(shown.x.limits)
+            assert stated["x"]["limits"] == pytest.approx(shown.x.limits, rel=1e-5)
+            assert [entry["words"] for entry in stated.get("legend", [])] == list(shown.entries)
+            for name in ("curves", "envelopes", "spans", "rugs", "labels", "limits", "guides"):
+                assert len(stated.get(name, [])) == len(getattr(shown, name)), name
             continue
         outlines = [p for p in shown.drawing.parts if isinstance(p, DrawnShape)]
         words = [p for p in shown.drawing.parts if isinstance(p, Words)]
-        shapes += sum(bool(p.fill) + bool(p.colour) for p in outlines)
         assert (len(axes.patches), len(axes.texts)) == (len(outlines), len(words))
-        assert {(f"<b>{w.text}</b>" if w.bold else w.text) for w in words} <= written
-    assert len(layout["shapes"]) == shapes
-    legends = {t["name"] for t in document["data"] if t.get("showlegend") and t.get("name")}
-    assert legends == {name for p in sheet.panels if p.key == "above" for name in p.entries}
+        assert [part["text"] for part in stated["drawing"]["parts"] if "text" in part] == [
+            w.text for w in words
+        ]
+        assert sum("points" in part for part in stated["drawing"]["parts"]) == len(outlines)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -448,9 +448,10 @@ def test_the_dark_figure_has_no_colour_of_the_light_one(sheets: dict[str, Sheet]
     text = svg(sheets[kind], dark=True)
     shared = set(LIGHT.values()) & set(DARK.values())
     assert not [colour for colour in LIGHT.values() if colour in text and colour not in shared]
-    layout = screen.figure(sheets[kind], dark=True).layout
-    assert layout.paper_bgcolor == DARK["paper"]
-    assert {shape.line.color for shape in layout.shapes} <= set(DARK.values())
+    assert not re.search(
+        "#[0-9a-f]{6}", json.dumps(screen.spec(sheets[kind]))
+    )  # names, which the style resolves
+    assert '<html lang="en" data-theme="dark">' in screen.ScreenFigure(sheets[kind], dark=True).to_html()
 
 
 def test_a_legend_above_a_panel_has_room(sheets: dict[str, Sheet]) -> None:

@@ -11,9 +11,9 @@ from typing import Any
 from urllib.parse import quote
 
 from allanite.recording.health import Finding
-from allanite.views.figures import plotly
 from allanite.views.figures.panel import Sheet
 from allanite.views.figures.picture import svg
+from allanite.views.figures.screen import spec
 from allanite.views.wording.findings import finding_kinds, own_words
 from allanite.views.wording.rates import model_words
 
@@ -54,8 +54,8 @@ class Figure:
 
     @property
     def spec(self) -> Json:
-        """Traces and layout for Plotly."""
-        return plotly.spec(self.sheet)
+        """The panels as plain data."""
+        return spec(self.sheet)
 
     @property
     def still(self) -> str:

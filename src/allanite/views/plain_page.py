@@ -20,7 +20,6 @@ from allanite.views.blocks import (
     References,
     TableBlock,
 )
-from allanite.views.figures.plotly import spec
 from allanite.views.pieces import finding_rows
 from allanite.views.report import page_of
 from allanite.views.wording.study import CoefficientWording
@@ -31,9 +30,7 @@ _POWER = re.compile(r"(?<=[\d\]])e([+-]?\d+)")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def plain_page(
-    result: object, *, dark: bool = False, only: Collection[str] | None = None
-) -> dict[str, object]:
+def plain_page(result: object, *, only: Collection[str] | None = None) -> dict[str, object]:
     """What the report of a result says, without its method and provenance.
 
     Parameters
@@ -57,7 +54,7 @@ def plain_page(
     try:
         page = page_of(result)
         sections = [
-            {"id": s.id, "title": s.title, "blocks": [*_blocks(s.blocks, dark)]}
+            {"id": s.id, "title": s.title, "blocks": [*_blocks(s.blocks)]}
             for s in page.sections
             if not s.background and (only is None or s.id in only)
         ]
@@ -67,26 +64,25 @@ def plain_page(
     return {"title": page.title, "kicker": page.kicker, "facts": facts, "sections": sections}
 
 
-def _blocks(blocks: Iterable[PageBlock], dark: bool) -> Iterator[dict[str, object]]:
+def _blocks(blocks: Iterable[PageBlock]) -> Iterator[dict[str, object]]:
     for block in blocks:
         if not isinstance(block, (Equation, References)):
-            yield {"kind": block.kind, **_fields(block, dark)}
+            yield {"kind": block.kind, **_fields(block)}
 
 
-def _fields(block: PageBlock, dark: bool) -> dict[str, object]:
+def _fields(block: PageBlock) -> dict[str, object]:
     match block:
         case Drawn(figure):
-            drawing = spec(figure.sheet, dark=dark)
-            return {"id": figure.id, "caption": figure.caption, "words": figure.words, "spec": drawing}
+            return {"id": figure.id, "caption": figure.caption, "words": figure.words, "spec": figure.spec}
         case TableBlock(heads, rows, caption):
             cells = [[[*map(_cell, row)], kept] for row, kept in rows]
             return {"heads": _with_powers(heads), "rows": cells, "caption": caption}
         case Coefficients():
             return _coefficients(block)
         case Cards(items):
-            return {"items": [[title, [*_blocks(inner, dark)]] for title, inner in items]}
+            return {"items": [[title, [*_blocks(inner)]] for title, inner in items]}
         case Details(summary, inner):
-            return {"summary": summary, "blocks": [*_blocks(inner, dark)]}
+            return {"summary": summary, "blocks": [*_blocks(inner)]}
         case Findings(findings, rate):
             return {"rows": [asdict(row) for kind in finding_rows(findings, rate) for row in kind]}
         case _:

@@ -78,7 +78,7 @@ def _warm() -> None:
 def _warm_views() -> None:
     """What draws a result: whoever waits for the first one does not wait for this."""
     import allanite.study.study
-    import allanite.views.figures.plotly
+    import allanite.views.figures.screen
     import allanite.views.plain_page
     import allanite.views.registry  # noqa: F401
 
@@ -152,11 +152,11 @@ def _command(argv: list[str], advance: _Advance) -> Json:
 
 def _with_figure(end: Json, task: Json) -> Json:
     """What a command printed, drawn, where that was asked for."""
-    if task.get("figure") is None or end["exit"]:
+    if not task.get("figure") or end["exit"]:
         return end
     from allanite.commands.page.documents import figure_of
 
-    return {**end, "figure": plain(figure_of(json.loads(end["stdout"]), **task["figure"]))}
+    return {**end, "figure": plain(figure_of(json.loads(end["stdout"])))}
 
 
 class _Advance:

@@ -130,7 +130,6 @@ class Application:
         table: list[tuple[str, str, Handler]] = [
             ("GET", "/", Application.page),
             ("GET", "/static/{name}", Application.file),
-            ("GET", self.static.plotly, Application.script),
             ("GET", "/api/session", Application.session),
             ("GET", "/api/catalogue", Application.list_files),
             ("POST", "/api/upload", Application.upload),
@@ -189,10 +188,6 @@ class Application:
         if response is None:
             raise Refused(404, "no such file")
         return response
-
-    @_answering
-    async def script(self, request: Request) -> Response:
-        return await run_in_threadpool(self.static.script, request)
 
     @_answering
     async def session(self, request: Request) -> Response:
@@ -474,7 +469,6 @@ class Application:
         task: dict[str, Any] = {
             "task": "figure",
             "document": str(self.catalogue.document(request.path_params["id"]).path),
-            "dark": asked.get("dark") == "1",
             "without": _listed(asked.get("without")),
             "options": {k: asked[k] for k in _VIEW_OPTIONS if asked.get(k)},
         }
@@ -492,9 +486,12 @@ class Application:
     @_answering
     async def said(self, request: Request) -> Response:
         document = self.catalogue.document(request.path_params["id"])
-        dark, only = request.query_params.get("dark") == "1", request.query_params.get("only")
-        wanted = None if only is None else only.split(",")
-        task = {"task": "said", "document": str(document.path), "dark": dark, "only": wanted}
+        only = request.query_params.get("only")
+        task = {
+            "task": "said",
+            "document": str(document.path),
+            "only": None if only is None else only.split(","),
+        }
         return await self._asked(task)
 
     async def _asked(self, task: Json, status: int = 400) -> Response:
@@ -533,7 +530,7 @@ class Application:
 
         body = await self._body(request)
         task, python = await run_in_threadpool(planned, body, self.catalogue, self.settings)
-        answer = await self._waited(self.quick.ask, {**task, "figure": {"dark": body.get("dark") is True}})
+        answer = await self._waited(self.quick.ask, {**task, "figure": True})
         if answer["exit"]:
             lines = [
                 s
@@ -596,9 +593,10 @@ class Application:
     @_answering
     async def run_figure(self, request: Request) -> Response:
         task = {
-            "task": "live-curve", "run": str(await self._run(request)), "dark": request.query_params.get("dark") == "1",
+            "task": "live-curve",
+            "run": str(await self._run(request)),
             "channel": request.query_params.get("channel"),
-        }  # fmt: skip
+        }
         return await self._asked(task, 409)
 
     async def _run(self, request: Request) -> Path:

@@ -48,10 +48,9 @@ def figure_of(
     *,
     models: Json | None = None,
     without: Collection[str] = (),
-    dark: bool = False,
     **options: Any,
 ) -> dict[str, Any]:
-    """Traces and layout for Plotly of any result.
+    """The panels of any result as plain data.
 
     Parameters
     ----------
@@ -74,7 +73,7 @@ def figure_of(
     from allanite.noise import NoiseModel
     from allanite.study.study import Study
     from allanite.views.figures import sheet_of
-    from allanite.views.figures.plotly import spec
+    from allanite.views.figures.screen import spec
 
     shown: object = document
     if models is not None or without:
@@ -88,7 +87,7 @@ def figure_of(
             raise InputError("this document has no figures")
         shown = NoiseModel.from_json(models_inside[0])
     try:
-        return spec(sheet_of(shown, **options), dark=dark)
+        return spec(sheet_of(shown, **options))
     except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
         raise FormatError(f"the document is damaged: {type(error).__name__}: {error}") from error
 

@@ -30,10 +30,10 @@ CSRF = "x-csrf-token"
 """Header of every request that changes something."""
 
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
     "font-src 'self'; connect-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
 )
-"""Of every answer; Plotly writes styles into its elements, and pictures into data."""
+"""Of every answer."""
 
 _HEADERS = {
     "content-security-policy": POLICY,

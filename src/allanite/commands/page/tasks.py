@@ -56,7 +56,7 @@ def prepare(task: Json, advance: Advance) -> Json:
 
 
 def draw(task: Json, advance: Advance) -> Json:
-    """The figure of a document, for Plotly; see `allanite.commands.page.documents.figure_of`."""
+    """The figure of a document; see `allanite.commands.page.documents.figure_of`."""
     from allanite.commands.page.documents import figure_of
 
     document = load_plain(task["document"], _RESULT)
@@ -65,7 +65,6 @@ def draw(task: Json, advance: Advance) -> Json:
         document,
         models=None if models is None else load_plain(models, "models of allanite"),
         without=task.get("without", ()),
-        dark=bool(task.get("dark")),
         **task.get("options", {}),
     )
 
@@ -82,7 +81,7 @@ def said(task: Json, advance: Advance) -> Json:
     from allanite.views.plain_page import plain_page
 
     document = load_plain(task["document"], _RESULT)
-    return plain_page(document, dark=bool(task.get("dark")), only=task.get("only"))
+    return plain_page(document, only=task.get("only"))
 
 
 def live_curve(task: Json, advance: Advance) -> Json:
@@ -90,7 +89,7 @@ def live_curve(task: Json, advance: Advance) -> Json:
     from allanite.commands.monitor import RunWatch
     from allanite.errors import DataQualityError
     from allanite.views.figures import sheet_of
-    from allanite.views.figures.plotly import spec
+    from allanite.views.figures.screen import spec
 
     watch = RunWatch(task["run"])
     watch.refuse_unknown(task.get("channel"))
@@ -99,7 +98,7 @@ def live_curve(task: Json, advance: Advance) -> Json:
     if curve is None:
         raise DataQualityError("no Allan curve yet: it needs at least three samples")
     chosen = curve if task.get("channel") is None else curve[task["channel"]]
-    return spec(sheet_of(chosen), dark=bool(task.get("dark")))
+    return spec(sheet_of(chosen))
 
 
 def attached(task: Json, advance: Advance) -> Json:

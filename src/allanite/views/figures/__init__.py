@@ -14,7 +14,6 @@ from allanite.views.registry import VIEWS, kind_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as PaperFigure
-    from plotly.graph_objects import Figure as ScreenFigure
 
     from allanite.experiments.aided_readings import AidedTake
     from allanite.experiments.alignment import AlignmentEstimate
@@ -37,6 +36,7 @@ if TYPE_CHECKING:
     from allanite.study.datasheet import DatasheetJudgement
     from allanite.study.results import ChannelStudy
     from allanite.study.study import Study
+    from allanite.views.figures.screen import ScreenFigure
     from allanite.views.wording.study import ChannelGroup
 
 __all__ = ["plot", "sheet_of"]
@@ -64,7 +64,8 @@ def plot(
         ReferenceAided, Plan (or a list of plans), or a `Sheet` of your own. The document of a result (`to_json`) does
         as well.
     interactive : bool
-        False: a Matplotlib figure, for ``savefig("curve.pdf")``. True: a Plotly figure, which needs no network.
+        False: a Matplotlib figure, for ``savefig("curve.pdf")``. True: a figure to zoom and read in a browser or a
+        notebook, which needs no network; ``save("curve.html")`` writes it.
     dark : bool
         Light ink on a dark ground.
     **options
@@ -94,7 +95,7 @@ def plot(
 
     Returns
     -------
-    matplotlib.figure.Figure or plotly.graph_objects.Figure
+    matplotlib.figure.Figure or ScreenFigure
 
     Raises
     ------
@@ -110,9 +111,9 @@ def plot(
     """
     sheet = sheet_of(obj, **options)
     if interactive:
-        from allanite.views.figures.plotly import figure as screen
+        from allanite.views.figures.screen import ScreenFigure
 
-        return screen(sheet, dark=dark)
+        return ScreenFigure(sheet, dark=dark)
     from allanite.views.figures.matplotlib import figure as paper
 
     return paper(sheet, dark=dark)

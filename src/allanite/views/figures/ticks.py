@@ -14,6 +14,13 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 _SMALLEST, _LARGEST = 1e-4, 1e5  # numbers that are written without a power of ten
 _LEAST = 3.0  # points between the ticks of one decade, on average; closer ones would be a bar
+#: Named digits of a decade: for fewer decades than so many, with the least distance of two of them in decades.
+_NAMED = (
+    (1.0, math.log10(10 / 9), tuple(range(1, 10))),
+    (2.0, math.log10(2), (1, 2, 5)),
+    (math.inf, math.inf, (1,)),
+)
+_CLOSE = 0.6  # of the least distance, that of two digits
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +54,7 @@ def _powers(limits: tuple[float, float], room: float, apart: float) -> Ticks:
     span = decades((low, high))
     first, last = (math.floor(math.log10(low) - 1e-9), math.ceil(math.log10(high) + 1e-9))
     every = max(1, math.ceil(apart * span / room))
-    named = (1,) if span >= 2 else (1, 2, 5) if span >= 1 else tuple(range(1, 10))
+    named = next(digits for most, gap, digits in _NAMED if span < most and gap * room > _CLOSE * apart * span)
     major, minor = [], []
     for power in range(first, last + 1):
         for digit in range(1, 10):

@@ -23,7 +23,7 @@ from allanite.quantities.result import Result
 from allanite.study.result_document import ResultDocument
 from allanite.study.study import Study
 from allanite.views.blocks import Page, figures_of
-from allanite.views.figures.panel import DARK, LIGHT
+from allanite.views.figures import screen
 from allanite.views.registry import VIEWS, document_of
 from allanite.views.result_page import view_of
 
@@ -107,7 +107,6 @@ def _content(page: Page) -> dict[str, Any]:
         "facts": page.facts,
         "sections": page.sections,
         "figures": figures,
-        "palettes": {"light": LIGHT, "dark": DARK},
     }
 
 
@@ -162,9 +161,9 @@ def _filled(template: str, content: Mapping[str, Any]) -> str:
         .get_template(template)
         .render(
             **content,
-            style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),  # noqa: S704 - our own files
+            style=Markup(screen.style() + (_HERE / "page.css").read_text(encoding="utf-8")),  # noqa: S704 - our own files
             script=Markup((_HERE / "page.js").read_text(encoding="utf-8")),  # noqa: S704 - as above
-            plotly=Markup(_plotly_script()),  # noqa: S704 - of the installed package
+            chart=Markup(screen.script()),  # noqa: S704 - as above
         )
     )
 
@@ -199,12 +198,3 @@ def _linked(context: Context, text: str) -> Markup:
 def _shown(value: Any) -> Any:
     """Text out of a record, which may hold what turns a line around; markup is ours."""
     return printable(value, lines=True) if type(value) is str else value
-
-
-@functools.cache
-def _plotly_script() -> str:
-    """Plotly's script out of the installed package, kept; text that would close its element is broken up."""
-    import plotly
-
-    script = (Path(plotly.__file__).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
-    return script.replace("</script", "<\\/script")

@@ -37,16 +37,15 @@ const MADE = {
 
 const block = (b, figure) => MADE[b.kind]?.(b, figure) ?? null;
 
-/** The sections of a result, with figures that follow the theme. */
+/** The sections of a result, with their figures. */
 export class Said {
   /**
-   * @param {(dark: boolean) => Promise<object>} ask what the server says of the result
+   * @param {() => Promise<object>} ask what the server says of the result
    * @param {(blocks: object[]) => object[]} order of the blocks of a section
    */
   constructor(ask, order = (blocks) => blocks) {
     this.ask = ask;
     this.order = order;
-    this.known = new Map();
     this.figures = [];
     this.place = h("div", {});
   }
@@ -56,29 +55,18 @@ export class Said {
     this.figures = [];
   }
 
-  said(dark) {
-    if (!this.known.has(dark)) this.known.set(dark, this.ask(dark));
-    return this.known.get(dark);
-  }
-
-  async load(dark) {
-    const { sections } = await this.said(dark);
+  async load() {
+    const { sections } = await this.ask();
     this.place.replaceChildren(...sections.map((s) => {
       const id = unique("said");
       return h("section", { "aria-labelledby": id }, h("h2", { id }, s.title), this.order(s.blocks).map((b) => block(b, (f) => this.figure(f))));
     }));
-    for (const { id, view } of this.figures) await view.load((now) => this.said(now).then((all) => specOf(all, id)));
+    for (const { spec, view } of this.figures) view.show(spec);
   }
 
-  figure({ id, words: name }) {
+  figure({ spec, words: name }) {
     const view = new FigureView(name);
-    this.figures.push({ id, view });
+    this.figures.push({ spec, view });
     return view.place;
   }
-}
-
-/** The drawing with an id, wherever it stands. */
-function specOf({ sections }, id) {
-  const among = (blocks) => blocks.flatMap((b) => (b.kind === "details" ? among(b.blocks) : b.kind === "cards" ? b.items.flatMap(([, inner]) => among(inner)) : [b]));
-  return sections.flatMap((s) => among(s.blocks)).find((b) => b.kind === "figure" && b.id === id)?.spec;
 }

@@ -3,7 +3,6 @@
 
 import { h, fill, said } from "./dom.js";
 import { FigureView } from "./figure.js";
-import { colours } from "./theme.js";
 import { digits } from "./wording.js";
 
 const TYPES = { quantisation: "Q", white: "N", flicker: "B", "gauss-markov": "G", gauss_markov: "G", "random-walk": "K", random_walk: "K", ramp: "R" };
@@ -112,23 +111,23 @@ export class CurvePanel {
     if (tau === undefined) return;
     this.left[this.left.has(tau) ? "delete" : "add"](tau);
     this.draw_leaving();
-    this.figure.paint().catch(() => {});
+    this.figure.paint();
   }
 
-  /** A cross over each point that will be left out: seen without telling colours apart. */
+  /** A cross over each point that will be left out: seen without distinguishing colors. */
   crosses() {
     if (this.view !== "channels" || !this.left.size) return [];
-    const shown = this.figure.figure.data.find((t) => t.mode === "lines+markers" && t.customdata);
+    const shown = this.figure.figure.panels[0].curves.find((c) => c.marker && c.lower);
     if (!shown) return [];
     const kept = shown.x.map((x, i) => [x, shown.y[i]]).filter(([x]) => [...this.left].some((t) => Math.abs(t / x - 1) < 1e-4));
-    return [{ type: "scatter", mode: "markers", x: kept.map((p) => p[0]), y: kept.map((p) => p[1]), showlegend: false, hoverinfo: "skip", marker: { symbol: "x-thin", size: 16, line: { width: 2.5, color: colours().ink } } }];
+    return [{ x: kept.map((p) => p[0]), y: kept.map((p) => p[1]), label: "left out", colour: "ink", style: "none", marker: "cross", size: 7 }];
   }
 
   draw_leaving() {
     if (this.view !== "channels" || !this.refit) return fill(this.leaving);
     const again = () => {
       this.draw_leaving();
-      this.figure.paint().catch(() => {});
+      this.figure.paint();
     };
     const tick = (tau) => {
       const input = h("input", { type: "checkbox", checked: this.left.has(tau) });

@@ -41,9 +41,6 @@ let count = 0;
 /** An id that no other element has. */
 export const unique = (word) => `${word}-${++count}`;
 
-/** Text for Plotly, which reads a little markup. */
-export const escaped = (text) => String(text).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/>/g, "&gt;");
-
 /** Say something that must not be missed; "" takes it away. */
 export function notice(message, kind = "fatal") {
   const place = document.getElementById("main-notice");

@@ -3,12 +3,11 @@
 
 import { get, post } from "./api.js";
 import * as catalogue from "./catalogue.js";
-import { escaped, h, fill, said, notice } from "./dom.js";
+import { h, fill, said, notice } from "./dom.js";
 import { FigureView } from "./figure.js";
 import { fields } from "./form.js";
 import { lines } from "./lines.js";
-import { colours } from "./theme.js";
-import { CONFIG } from "./plotting.js";
+import { look, timePanel } from "./timeseries.js";
 import { digits, duration, samples } from "./wording.js";
 
 const FIRST = { simulated: ["model", "rate", "unit", "duration"], "3458a": ["resource", "rate", "scale", "duration"], serial: ["port", "format", "duration"] };
@@ -119,6 +118,7 @@ export class LiveView {
     this.state = h("dl", { class: "facts" });
     this.status = h("p", { role: "status", "aria-live": "off" }, "Connecting …");
     this.plot = h("div", { class: "plot", role: "group", "aria-label": "Series so far" });
+    this.chart = new AllaniteChart(this.plot, { tools: false });
     this.curve = new FigureView("Allan deviation so far, with its interval");
     this.channel = h("select", { "aria-label": "Channel" });
     this.channel.addEventListener("change", said(() => this.drawCurve()));
@@ -133,7 +133,7 @@ export class LiveView {
   close() {
     this.stream?.close();
     this.curve.close();
-    Plotly.purge(this.plot);
+    this.chart.close();
   }
 
   async load() {
@@ -180,7 +180,7 @@ export class LiveView {
 
   drawCurve() {
     this.asked = performance.now();
-    return this.curve.load((dark) => get(`/api/runs/${this.run}/figure?${new URLSearchParams({ channel: this.channel.value, dark: dark ? "1" : "" })}`));
+    return this.curve.load(get(`/api/runs/${this.run}/figure?${new URLSearchParams({ channel: this.channel.value })}`));
   }
 
   facts(s) {
@@ -194,26 +194,18 @@ export class LiveView {
   }
 
   draw({ rate, size, first, low, high }, channels) {
-    const palette = colours();
-    const order = ["x", "y", "z", "purple", "orange", "sky"];
-    const layout = {
-      height: Math.max(low.length * 130, 240) + 60, width: this.plot.clientWidth, margin: { l: 84, r: 16, t: 16, b: 46 }, showlegend: false, uirevision: "kept",
-      paper_bgcolor: palette.paper, plot_bgcolor: palette.paper, font: { family: "system-ui, sans-serif", size: 13, color: palette.ink },
-      xaxis: { title: { text: "Time since the first sample [s]", font: { size: 13 }, standoff: 6 }, gridcolor: palette.grid, zeroline: false, anchor: low.length > 1 ? `y${low.length}` : "y" },
-    };
-    const data = low.map((lows, c) => {
+    const height = Math.max(130, 240 / low.length);
+    const range = [first / rate, (first + low[0].length * size) / rate];
+    const panels = low.map((lows, c) => {
       const x = [], y = [];
       lows.forEach((value, i) => {
         const t = (first + (i + (size > 1 ? 0.5 : 0)) * size) / rate;
         x.push(t, t);
         y.push(value, high[c][i]);
       });
-      const n = c ? c + 1 : "";
-      const top = 1 - c / low.length;
-      layout[`yaxis${n}`] = { domain: [top - 1 / low.length + 0.02, top - (c ? 0.02 : 0)], gridcolor: palette.grid, zeroline: false, title: { text: `${escaped(channels[c]?.name ?? c)}<br>[${escaped(channels[c]?.unit || "1")}]`, font: { size: 12 }, standoff: 8 } };
-      return { type: "scatter", mode: "lines", x, y, xaxis: "x", yaxis: `y${n}`, line: { width: 1, color: palette[order[c % order.length]] }, hovertemplate: "%{x:.6g} s: %{y:.5g}", name: "" };
+      const { name = String(c), unit } = channels[c] || {};
+      return timePanel([{ x, y, label: name, ...look(c), style: "thin" }], { label: `${name} [${unit || "1"}]`, range, height, last: c === low.length - 1 });
     });
-    Plotly.react(this.plot, data, layout, CONFIG);
-    this.plot.dataset.drawn = "yes";
+    this.chart.show({ panels, zoom: "x" });
   }
 }

@@ -2,7 +2,6 @@
 // Turns and positions marked on a series, or typed: a table and bands over the series that hold the same rows.
 
 import { h, fill } from "./dom.js";
-import { colours } from "./theme.js";
 
 const COLUMNS = { turns: ["Start [s]", "Stop [s]"], headings: ["Start [s]", "Stop [s]", "Heading [deg]"] };
 const rounded = (v) => Number(v.toFixed(3));
@@ -75,12 +74,9 @@ export class Marks {
   }
 
   /** Bands over the series; the order is that of the rows, by which `dragged` finds them. */
-  shapes() {
-    const palette = colours();
-    return this.rows.map((row) => ({
-      type: "rect", xref: "x", yref: "paper", x0: row[0], x1: row[1], y0: 0, y1: 1, fillcolor: palette.finding, opacity: 0.3, line: { width: 1, color: palette.finding },
-      editable: this.on, layer: this.on ? "above" : "below", label: this.kind === "headings" ? { text: `${row[2]}°`, textposition: "top center", font: { color: palette.ink } } : undefined,
-    }));
+  bands() {
+    const words = (row) => (this.kind === "headings" ? `${row[2]}°` : "");
+    return this.rows.map((row) => ({ start: row[0], stop: row[1], words: words(row) }));
   }
 
   draw() {

@@ -6,7 +6,6 @@ import { h, fill, notice } from "./dom.js";
 import { FigureView } from "./figure.js";
 import { lines } from "./lines.js";
 import { modelField } from "./modelfield.js";
-import { isDark } from "./theme.js";
 import { digits, duration } from "./wording.js";
 
 const DEG_H = (180 / Math.PI) * 3600;
@@ -91,8 +90,7 @@ export class PlanView {
     notice("");
     const number = (this.number = (this.number || 0) + 1);
     const here = north ? null : post("/api/plan", { model, options: { ...options, dwells: [at.dwell], durations: [at.duration] } });
-    const drawn = isDark();
-    const whole = await post("/api/plan", { model, options, dark: drawn });
+    const whole = await post("/api/plan", { model, options });
     const one = await here;
     if (number !== this.number) return;
     const sd = one?.document.total?.[0]?.[0];
@@ -102,7 +100,6 @@ export class PlanView {
       h("p", {}, whole.says), whole.notes.map((n) => h("p", { class: "note" }, n)));
     for (const name of ["dwell", "duration"]) this.inputs[name].input.closest(".slider").hidden = north;
     fill(this.same, lines(whole, this.same.querySelector("details")?.open));
-    // The figure came with the plan; only a change of theme asks for it again.
-    await this.figure.load(async (dark) => (dark === drawn ? whole.figure : (await post("/api/plan", { model, options, dark })).figure));
+    this.figure.show(whole.figure);
   }
 }

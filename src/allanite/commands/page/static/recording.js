@@ -34,7 +34,7 @@ export class RecordingView {
     this.action = h("section", { "aria-label": "Characterize" });
     this.result = h("div", {});
     this.noise = h("div", {}, this.result);
-    this.measure = new MeasurePanel(session, { id, read: () => this.read, again: () => this.shown?.paint().catch(() => {}), look: () => this.series.scrollIntoView({ block: "start" }) });
+    this.measure = new MeasurePanel(session, { id, read: () => this.read, again: () => this.shown?.paint(), look: () => this.series.scrollIntoView({ block: "start" }) });
     this.reading.hidden = this.action.hidden = true;
     this.closer = new AnalysisPanel(session, { id, read: () => this.read });
     this.tabs = h("fieldset", { class: "choices tabs", hidden: true }, h("legend", { class: "hidden" }, "What to do with it"), this.tab("noise", "Noise"), this.tab("measure", "Earth rate and north"), this.tab("closer", "A closer look"));
@@ -51,7 +51,7 @@ export class RecordingView {
       this.measure.place.hidden = this.measure.result.place.hidden = name !== "measure";
       this.closer.place.hidden = name !== "closer";
       this.measuring = name === "measure";
-      this.shown?.paint().catch(() => {});
+      this.shown?.paint();
     });
     return h("label", { class: "choice" }, input, label);
   }
@@ -148,7 +148,7 @@ export class RecordingView {
     this.meta = meta;
     const { marks } = this.measure;
     this.shown = new SeriesView(meta, {
-      shapes: () => (this.measuring ? marks.shapes() : []),
+      bands: () => (this.measuring ? marks.bands() : []),
       marking: () => this.measuring && marks.on,
       selected: (range) => marks.selected(range),
       dragged: (index, part, seconds) => marks.dragged(index, part, seconds),

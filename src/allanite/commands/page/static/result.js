@@ -7,7 +7,6 @@ import { h, fill, said } from "./dom.js";
 import { save } from "./exports.js";
 import { lines } from "./lines.js";
 import { run } from "./progress.js";
-import { isDark } from "./theme.js";
 
 /**
  * Report and files of a result.
@@ -49,9 +48,9 @@ export class ResultView {
 
   async draw(subject, more) {
     this.close();
-    this.said = new Said((dark) => get(`/api/documents/${subject.document}/said?dark=${dark ? 1 : 0}`));
+    this.said = new Said(() => get(`/api/documents/${subject.document}/said`));
     fill(this.place, files(subject), this.said.place, more, lines(subject.same));
-    await this.said.load(isDark());
+    await this.said.load();
     this.place.dataset.drawn = "yes";
   }
 }

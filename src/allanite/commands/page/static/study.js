@@ -10,7 +10,6 @@ import { findingList } from "./findings.js";
 import { lines } from "./lines.js";
 import { otherTerms } from "./otherterms.js";
 import { parameterTable } from "./parameters.js";
-import { isDark } from "./theme.js";
 import * as work from "./work.js";
 
 // The numbers of all axes first, in their tables: without scrolling, which the large ones would need. Then what is to be known.
@@ -66,13 +65,13 @@ export class StudyView {
       lines({ command: job?.command || this.document.command, python: job?.python }),
     );
     this.channel(study.channels[0].name);
-    await Promise.all([this.verdict.load(isDark()), this.curve.draw()]);
-    await this.more.load(isDark());
+    await Promise.all([this.verdict.load(), this.curve.draw()]);
+    await this.more.load();
   }
 
   /** Sections of the report: the same blocks. */
   sections(only, order) {
-    return new Said((dark) => get(`/api/documents/${this.document.id}/said?dark=${dark ? 1 : 0}&only=${only}`), order);
+    return new Said(() => get(`/api/documents/${this.document.id}/said?only=${only}`), order);
   }
 
   /** The channel that is looked at. */
