@@ -123,6 +123,19 @@ def _fleet(order: Order) -> None:
     write_tables("fleet", "Population of a fleet", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _fleet_check(order: Order) -> None:
+    from verification.fleet_check import run_at_the_limit
+    from verification.tables import write_tables
+
+    parts = {
+        "Units with N, B and K at their limits": run_at_the_limit(
+            ROOT_SEED, _say, order.count(400), order.workers, order.cache
+        )
+    }
+    title = "Bench test of a unit"
+    write_tables("fleet_check", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
 def _rate_vector(order: Order) -> None:
     from verification.rate_vector import run_rate_vector
     from verification.tables import write_tables
@@ -524,6 +537,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "north": _north,
     "rate-vector": _rate_vector,
     "fleet": _fleet,
+    "fleet-check": _fleet_check,
     "rate-table": _rate_table,
     "calibration": _calibration,
     "hand-held calibration": _hand_held,

@@ -20,7 +20,8 @@ from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.noise.allan import AllanCurve, allan_curve
 from allanite.recording.records import Sampling
-from allanite.stability.record_comparison import Comparison, compare
+from allanite.stability.record_comparison.estimation import compare
+from allanite.stability.record_comparison.results import Comparison
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_coverage", "run_power", "run_size"]

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from allanite.filtering.simulation import Temperature, simulate
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.recording.records import Recording
-from allanite.stability.environment import regress_environment
+from allanite.stability.environment.estimation import regress_environment
 from verification.spread import Say, place_of, spread
 
 __all__ = ["SCENARIOS", "WARM_UPS", "run_coverage", "run_warm_up", "twin"]

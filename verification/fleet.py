@@ -25,9 +25,10 @@ from scipy.stats import binom
 from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.noise.allan import allan_curve
-from allanite.stability.fleet import CoefficientPopulation, FleetPopulation, describe_fleet
 from allanite.stability.fleet.levels import LEVELS, levels_of
 from allanite.stability.fleet.log_profiles import profiles_of
+from allanite.stability.fleet.population import describe_fleet
+from allanite.stability.fleet.results import CoefficientPopulation, FleetPopulation
 from allanite.stability.record_comparison.series import record_of
 from verification.spread import Say, place_of, spread
 

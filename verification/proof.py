@@ -40,6 +40,7 @@ CLAIMS = {
     "earth_rate": "the Earth's rate: coverage of its intervals, faults detected",
     "north": "direction and plan, budget against simulation",
     "fleet": "population of a fleet, and the units that stand out",
+    "fleet_check": "a unit at its limits passes in at most 5 % of records, and fails in at most 5 %",
     "rate_vector": "length of the rate vector of a vehicle at rest",
     "rate_table": "scale factor, nonlinearity and misalignment on a rate table",
     "calibration": "calibration and alignment of a unit, every parameter",

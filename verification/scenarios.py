@@ -22,7 +22,7 @@ from allanite.noise import (
     TermType,
     White,
 )
-from allanite.noise.spectrum import sampled_psd
+from allanite.noise.spectrum.sampled import sampled_psd
 from allanite.recording.records import Recording
 
 __all__ = ["HARDER", "SCENARIOS", "SEED", "Scenario", "bound"]

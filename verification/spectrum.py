@@ -25,7 +25,9 @@ from allanite.fitting.spectral.agreement import disagreement
 from allanite.fitting.spectral.ordinates import ordinates_of
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid, White
 from allanite.noise.allan import allan_curve
-from allanite.noise.spectrum import power_spectrum, sampled_psd, without_stable_lines
+from allanite.noise.spectrum.estimation import power_spectrum
+from allanite.noise.spectrum.sampled import sampled_psd
+from allanite.noise.spectrum.stability import without_stable_lines
 from allanite.recording.records import Recording
 from verification.coverage import evaluate, gates
 from verification.scenarios import SCENARIOS

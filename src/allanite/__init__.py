@@ -150,7 +150,8 @@ if TYPE_CHECKING:
     from allanite.noise.allan import AllanCurve, allan_curve
     from allanite.noise.allan.interval_error import interval_error
     from allanite.noise.allan.theo_covariance import theo1_bias
-    from allanite.noise.spectrum import power_spectrum, without_stable_lines
+    from allanite.noise.spectrum.estimation import power_spectrum
+    from allanite.noise.spectrum.stability import without_stable_lines
     from allanite.quantities.setup_uncertainty import SetupUncertainty
     from allanite.quantities.units import parse_unit
     from allanite.recording.calibration import Calibration
@@ -158,9 +159,9 @@ if TYPE_CHECKING:
     from allanite.recording.clock_channels import clock_recording
     from allanite.recording.health import check
     from allanite.recording.records import Channel, Recording
-    from allanite.stability.environment import regress_environment
-    from allanite.stability.fleet import describe_fleet
-    from allanite.stability.record_comparison import compare
+    from allanite.stability.environment.estimation import regress_environment
+    from allanite.stability.fleet.population import describe_fleet
+    from allanite.stability.record_comparison.estimation import compare
     from allanite.stability.shared_noise import separate_noise
     from allanite.stability.variation import examine_variation
     from allanite.study.datasheet import hold_against, read_datasheet
@@ -294,9 +295,9 @@ _HOMES = {
     "clean": "recording.cleaning",
     "clock_recording": "recording.clock_channels",
     "combine": "experiments.redundancy",
-    "compare": "stability.record_comparison",
+    "compare": "stability.record_comparison.estimation",
     "dead_reckon": "experiments.dead_reckoning",
-    "describe_fleet": "stability.fleet",
+    "describe_fleet": "stability.fleet.population",
     "east_west_null": "experiments.north",
     "examine_variation": "stability.variation",
     "export": "exporters",
@@ -318,13 +319,13 @@ _HOMES = {
     "plan": "experiments.planning",
     "plan_positions": "experiments.position_planning",
     "plot": "views.figures",
-    "power_spectrum": "noise.spectrum",
+    "power_spectrum": "noise.spectrum.estimation",
     "predict_alignment": "experiments.alignment",
     "read": "files.readers",
     "read_curve": "files.foreign_curves",
     "read_datasheet": "study.datasheet",
     "read_rate_table": "experiments.rate_table",
-    "regress_environment": "stability.environment",
+    "regress_environment": "stability.environment.estimation",
     "render": "views.report",
     "save_models": "study.model_file",
     "select": "fitting.selection",
@@ -334,7 +335,7 @@ _HOMES = {
     "simulate_unit": "filtering.simulation",
     "theo1_bias": "noise.allan.theo_covariance",
     "true_attitudes": "filtering.simulation",
-    "without_stable_lines": "noise.spectrum",
+    "without_stable_lines": "noise.spectrum.stability",
     "write_recording": "files.recording_file",
 }
 """Public name -> the module it lives in."""

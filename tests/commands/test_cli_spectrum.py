@@ -14,7 +14,7 @@ import allanite as al
 from allanite.errors import InputError
 from allanite.files.recording_file import write_recording
 from allanite.noise import NoiseModel, RandomWalk, Sinusoid, White
-from allanite.noise.spectrum import power_spectrum
+from allanite.noise.spectrum.estimation import power_spectrum
 from allanite.views.figures import sheet_of
 from allanite.views.report import html_of
 from shell import Run

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -97,3 +99,26 @@ def test_a_fleet_of_other_channels_is_refused(bench: Path, tmp_path: Path) -> No
     pq.write_table(fleet_table(symbols=("N",)), tmp_path / "fleet.parquet")
     with pytest.raises(InputError, match="the fleet has the channels gyro_x, and the log gyro"):
         measure("fleet check", bench / "good.parquet", against=tmp_path)
+
+
+def test_it_loads_no_other_analysis(bench: Path) -> None:
+    """A production line pays for the imports of each check."""
+    code = (
+        "import atexit, sys, allanite.__main__ as a; atexit.register(lambda: print(*sys.modules)); a.main()"
+    )
+    arguments = ("fleet", "check", bench / "good.parquet", "--limit", "N=900 deg/√h")
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True
+    )
+    loaded = done.stdout.rpartition("\n\n")[2].split()
+    assert "allanite.stability.fleet.checking" in loaded
+    others = (
+        "experiments",
+        "acquisition",
+        "study.study",
+        "stability.environment",
+        "fitting.spectral",
+        "views.study",
+    )
+    of_others = tuple(f"allanite.{name}" for name in others)
+    assert not [name for name in loaded if name.startswith((*of_others, "matplotlib", "plotly"))]

@@ -15,7 +15,7 @@ import pytest
 
 from allanite.commands import measure
 from allanite.errors import InputError
-from allanite.stability.fleet import FleetPopulation
+from allanite.stability.fleet.results import FleetPopulation
 from allanite.views.figures import sheet_of
 from allanite.views.registry import document_of
 from allanite.views.report import render_file

@@ -18,9 +18,13 @@ from scipy.special import ndtri
 import allanite as al
 from allanite.errors import InputError
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, RandomWalk, Sinusoid, White
-from allanite.noise.spectrum import Spectrum, lags_to_exclude, lines, power_spectrum, quiet_lags, sampled_psd
+from allanite.noise.spectrum import lines
+from allanite.noise.spectrum.estimation import power_spectrum
+from allanite.noise.spectrum.exclusion import lags_to_exclude, quiet_lags
 from allanite.noise.spectrum.lines import _Law
 from allanite.noise.spectrum.periodogram import Periodogram, _Decimator, _Welch, periodograms
+from allanite.noise.spectrum.results import Spectrum
+from allanite.noise.spectrum.sampled import sampled_psd
 from allanite.recording.records import Recording
 
 RATE = 100.0

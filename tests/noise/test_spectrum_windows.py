@@ -24,10 +24,13 @@ from allanite.noise import (
     TermType,
     White,
 )
-from allanite.noise.spectrum import Spectrum, power_spectrum, sampled_psd, sinusoids, without_stable_lines
+from allanite.noise.spectrum.estimation import power_spectrum
 from allanite.noise.spectrum.expected import sight_of
 from allanite.noise.spectrum.holes import Bridge, _definite
 from allanite.noise.spectrum.periodogram import welch
+from allanite.noise.spectrum.results import Spectrum
+from allanite.noise.spectrum.sampled import sampled_psd
+from allanite.noise.spectrum.stability import sinusoids, without_stable_lines
 from allanite.noise.spectrum.windows import HANN, WINDOWS, Window, window_of
 from allanite.recording.records import Recording
 

@@ -22,17 +22,16 @@ from allanite.filtering.simulation import Temperature, simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.noise.allan import allan_curve
 from allanite.recording.records import Channel, Recording
-from allanite.stability.environment import (
-    EnvironmentEstimate,
-    FreedRecording,
+from allanite.stability.environment.climate import Climate, smoothed
+from allanite.stability.environment.correction import LEAST, Correction, allan_products, correction_of
+from allanite.stability.environment.design import DRIFT, QUADRATIC, RATE, TEMPERATURE, EnvironmentDesign, play
+from allanite.stability.environment.estimation import (
     free_of_environment,
     regress_environment,
     warm_ups_to_cut,
 )
-from allanite.stability.environment.climate import Climate, smoothed
-from allanite.stability.environment.correction import LEAST, Correction, allan_products, correction_of
-from allanite.stability.environment.design import DRIFT, QUADRATIC, RATE, TEMPERATURE, EnvironmentDesign, play
 from allanite.stability.environment.noise_left_open import Noise
+from allanite.stability.environment.results import EnvironmentEstimate, FreedRecording
 from allanite.views.blocks import TableBlock
 from allanite.views.environment import coefficient_table
 from allanite.views.figures import plot

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from allanite.errors import FormatError
-from allanite.stability.environment import Environment
+from allanite.stability.environment.results import Environment
 from allanite.views.report import html_of, render_file
 from bettered import bettered
 

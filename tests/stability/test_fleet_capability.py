@@ -10,13 +10,15 @@ import pytest
 from scipy import stats
 
 from allanite.errors import InputError
-from allanite.stability.fleet import CapabilityVerdict, FleetPopulation, describe_fleet
 from allanite.stability.fleet.capability import capability_of
 from allanite.stability.fleet.draws import Draws
 from allanite.stability.fleet.evidence import Design
 from allanite.stability.fleet.levels import LEVELS
+from allanite.stability.fleet.population import describe_fleet
 from allanite.stability.fleet.posterior import posterior_of
 from allanite.stability.fleet.profile_table import ProfileTable
+from allanite.stability.fleet.results import FleetPopulation
+from allanite.stability.fleet.verdict import CapabilityVerdict
 from fleet_tables import MIDDLE, fleet_table
 
 SD = 1e-3

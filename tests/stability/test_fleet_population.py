@@ -10,12 +10,14 @@ import pyarrow as pa
 import pytest
 
 from allanite.errors import InputError
-from allanite.stability.fleet import FleetPopulation, FleetVerdict, describe_fleet
 from allanite.stability.fleet.evidence import Design, Scales, evidence
 from allanite.stability.fleet.levels import LEVELS
+from allanite.stability.fleet.population import describe_fleet
 from allanite.stability.fleet.posterior import posterior_of
 from allanite.stability.fleet.profile_table import ProfileTable
+from allanite.stability.fleet.results import FleetPopulation
 from allanite.stability.fleet.standing_out import departures, discoveries, simes
+from allanite.stability.fleet.verdict import FleetVerdict
 
 LEVEL = np.array(LEVELS)
 

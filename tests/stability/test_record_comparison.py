@@ -20,11 +20,10 @@ from allanite.fitting.families import FLICKER, GAUSS_MARKOV
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.noise.allan import AllanCurve, allan_curve
 from allanite.quantities.distributions import chi_square_quantile
-from allanite.stability.record_comparison import compare
 from allanite.stability.record_comparison.bias import mean_sd
 from allanite.stability.record_comparison.curves import Ratio, compared, holm
 from allanite.stability.record_comparison.equality import detectable, least, level_set, without_each
-from allanite.stability.record_comparison.estimation import _family
+from allanite.stability.record_comparison.estimation import _family, compare
 from allanite.stability.record_comparison.evidence import evidence_of
 from allanite.stability.record_comparison.null_law import Directions, ScaledChiSquare, law_of_equality
 from allanite.stability.record_comparison.parameters import bias_comparison

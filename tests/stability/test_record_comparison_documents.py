@@ -11,8 +11,8 @@ import pytest
 
 from allanite.errors import FormatError
 from allanite.quantities.quantity import QuantityStatus
-from allanite.stability.record_comparison import Comparison
 from allanite.stability.record_comparison.remarks import remarks
+from allanite.stability.record_comparison.results import Comparison
 from allanite.views.report import html_of, render_file
 from bettered import bettered
 

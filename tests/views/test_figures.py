@@ -281,7 +281,7 @@ def test_channels_of_different_units_get_panels_of_their_own(rng: np.random.Gene
 
 
 def test_a_spectrum_is_drawn(recording: al.Recording) -> None:
-    from allanite.noise.spectrum import power_spectrum
+    from allanite.noise.spectrum.estimation import power_spectrum
 
     shown = panel(power_spectrum(recording, "gyro_x"), kind="rate")
     white = math.sqrt(0.01**2 / 100) * 60  # deg/√h

@@ -50,7 +50,7 @@ def comparison_of(
     accept : sequence of str
         Codes of fatal findings of logs to go on in spite of.
     confidence, level : float
-        As for `allanite.stability.record_comparison.compare`.
+        As for `allanite.compare`.
     **options
         Those of `read_part`, for the logs.
 
@@ -59,7 +59,7 @@ def comparison_of(
     InputError
         Fewer than two places, one that is not there, or what `compare` refuses.
     """
-    from allanite.stability.record_comparison import compare
+    from allanite.stability.record_comparison.estimation import compare
     from allanite.study.result_document import Provenance, ResultDocument
 
     if len(places) < 2:

@@ -11,7 +11,7 @@ from allanite.commands.measurement import MeasurementResult, file_names, origin_
 from allanite.commands.recordings import has_gaps, models_from, noise_channels, ready_log
 
 if TYPE_CHECKING:
-    from allanite.stability.environment import Correction
+    from allanite.stability.environment.correction import Correction
 
 __all__ = ["environment_of"]
 
@@ -48,7 +48,7 @@ def environment_of(
     DataQualityError
         A fatal finding that was not accepted.
     """
-    from allanite.stability.environment import free_of_environment
+    from allanite.stability.environment.estimation import free_of_environment
     from allanite.stability.environment.remarks import remarks
     from allanite.study.result_document import ResultDocument
 

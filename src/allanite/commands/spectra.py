@@ -17,7 +17,7 @@ from allanite.errors import InputError
 if TYPE_CHECKING:
     from allanite.fitting.spectral.spectra import ChannelSpectrum
     from allanite.noise import NoiseModel
-    from allanite.noise.spectrum import Spectrum
+    from allanite.noise.spectrum.results import Spectrum
     from allanite.recording.records import Recording
 
 __all__ = ["spectra_of"]
@@ -52,7 +52,7 @@ def spectra_of(
         No channel that carries noise, no model for one, or what `power_spectrum` refuses.
     """
     from allanite.fitting.spectral.spectra import Spectra
-    from allanite.noise.spectrum import power_spectrum
+    from allanite.noise.spectrum.estimation import power_spectrum
     from allanite.recording.health import check
     from allanite.study.result_document import ResultDocument
 

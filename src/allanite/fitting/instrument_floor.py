@@ -344,7 +344,9 @@ def ready_floor(
 
 def quiet_curve(floor: Recording, name: str, confidence: float) -> AllanCurve:
     """The curve of one channel of a floor as a fit takes it: steady lines gone, lags that others bend marked."""
-    from allanite.noise.spectrum import lags_to_exclude, power_spectrum, without_stable_lines
+    from allanite.noise.spectrum.estimation import power_spectrum
+    from allanite.noise.spectrum.exclusion import lags_to_exclude
+    from allanite.noise.spectrum.stability import without_stable_lines
 
     spectrum = power_spectrum(floor, name)
     alone = without_stable_lines(floor, spectrum)

@@ -78,7 +78,7 @@ def _with_fact(model: NoiseModel, fact: Mapping[str, Sequence[str]], text: str) 
 
 def _has_lines(recording: Recording, model: NoiseModel) -> bool:
     """Whether there are spectral lines beyond those that the model holds."""
-    from allanite.noise.spectrum import power_spectrum
+    from allanite.noise.spectrum.estimation import power_spectrum
 
     fitted = any(e.symbol.startswith("frequency") for e in model.estimates)
     try:

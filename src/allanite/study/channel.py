@@ -28,9 +28,10 @@ from allanite.study.results import Aliasing, ChannelFloor, ChannelStudy, SlopeRe
 if TYPE_CHECKING:
     from allanite.fitting.advice import Advice
     from allanite.fitting.tails import Contamination
-    from allanite.noise.spectrum import Exclusion, Spectrum
+    from allanite.noise.spectrum.exclusion import Exclusion
+    from allanite.noise.spectrum.results import Spectrum
     from allanite.noise.terms import Sinusoid
-    from allanite.stability.environment import EnvironmentEstimate
+    from allanite.stability.environment.results import EnvironmentEstimate
 
 __all__ = ["Curves", "channel_study"]
 
@@ -65,7 +66,8 @@ class _Lines:
 
     @classmethod
     def of(cls, recording: Recording, name: str) -> _Lines:
-        from allanite.noise.spectrum import power_spectrum, sinusoids, without_stable_lines
+        from allanite.noise.spectrum.estimation import power_spectrum
+        from allanite.noise.spectrum.stability import sinusoids, without_stable_lines
 
         spectrum = power_spectrum(recording, name)
         steady = sinusoids(spectrum)
@@ -134,7 +136,7 @@ def channel_study(
 
 def _without_lines(curves: Curves, lines: _Lines, request: Request) -> Curves:
     """The fitted curve without steady lines, at lags of whole periods of the others, which do not see these."""
-    from allanite.noise.spectrum import quiet_lags
+    from allanite.noise.spectrum.exclusion import quiet_lags
 
     shown, fitted, confidence = curves.shown, curves.fitted, request.confidence
     if lines.steady:
@@ -162,7 +164,7 @@ def _without_environment(curves: Curves, environment: EnvironmentEstimate | None
 
 def _bent_lags(fitted: AllanCurve, lines: _Lines, request: Request) -> Exclusion:
     """Lags that lines bend, and those that the caller leaves out."""
-    from allanite.noise.spectrum import lags_to_exclude, without_spans
+    from allanite.noise.spectrum.exclusion import lags_to_exclude, without_spans
 
     bent = lags_to_exclude(lines.rest_spectrum, fitted.tau, avar=fitted.variance[:, 0], edf=fitted.edf[:, 0])
     return without_spans(bent, fitted.tau, request.exclude)

@@ -15,7 +15,7 @@ from allanite.fitting.tails import Contamination
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve
 from allanite.noise.allan.channel_curve import ChannelCurve
-from allanite.noise.spectrum import Spectrum
+from allanite.noise.spectrum.results import Spectrum
 from allanite.quantities.result import Result
 from allanite.recording.cleaning.renewed import HeldSamples
 from allanite.recording.health import Finding

@@ -42,7 +42,7 @@ from allanite.study.results import ChannelStudy, FloorRecord, MissingSamples, St
 from allanite.study.version_1 import upgraded
 
 if TYPE_CHECKING:
-    from allanite.stability.environment import EnvironmentEstimate
+    from allanite.stability.environment.results import EnvironmentEstimate
 
 __all__ = ["Study", "characterize"]
 
@@ -285,7 +285,7 @@ def _without_faults(recording: Recording, request: Request, report: ProgressStep
 
 def _without_environment(recording: Recording, ready: _Ready, request: Request) -> _Ready:
     """Without the effects of the environment; a record that is cut is looked at anew, so that places agree."""
-    from allanite.stability.environment import free_of_environment, warm_ups_to_cut
+    from allanite.stability.environment.estimation import free_of_environment, warm_ups_to_cut
     from allanite.stability.environment.remarks import remarks
 
     names, prepared, findings = ready.noise.names, ready.recording, ready.findings

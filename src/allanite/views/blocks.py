@@ -9,15 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from allanite.errors import InputError
 from allanite.quantities.display_units import si_unit
 from allanite.recording.health import Finding
-from allanite.study.results import ChannelModels
 from allanite.views.figures import sheet_of
 from allanite.views.pieces import Figure, origin_rows
 from allanite.views.wording.study import ChannelGroup, CoefficientWording, KeyNumber, headings, readings
+
+if TYPE_CHECKING:
+    from allanite.study.results import ChannelModels
 
 __all__ = [
     "Banner",

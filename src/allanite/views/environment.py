@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from allanite.plain_files.counted import listed
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, interval, number, probability, upper_limit
-from allanite.stability.environment import Environment, EnvironmentFacts, Hysteresis, Lag, WarmUp
+from allanite.stability.environment.results import Environment, EnvironmentFacts, Hysteresis, Lag, WarmUp
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Cell, Page, PageBlock, References, Text, drawn, pairs, table
 from allanite.views.result_page import advice, findings_of, result_page, verdict_banner

@@ -53,7 +53,7 @@ VIEWS: Mapping[str, Analysis] = {
         "allanite.commands.select:SELECT",
     ),
     "allanite-comparison": Analysis(
-        "allanite.stability.record_comparison:Comparison",
+        "allanite.stability.record_comparison.results:Comparison",
         "allanite.views.comparison",
         "allanite.commands.compare:COMPARE",
     ),
@@ -63,7 +63,7 @@ VIEWS: Mapping[str, Analysis] = {
         "allanite.commands.shared_noise:COMMON",
     ),
     "allanite-environment": Analysis(
-        "allanite.stability.environment:Environment",
+        "allanite.stability.environment.results:Environment",
         "allanite.views.environment",
         "allanite.commands.environment:ENVIRONMENT",
     ),
@@ -138,7 +138,7 @@ VIEWS: Mapping[str, Analysis] = {
         "allanite.commands.overbound:OVERBOUND",
     ),
     "allanite-fleet": Analysis(
-        "allanite.stability.fleet:FleetPopulation",
+        "allanite.stability.fleet.results:FleetPopulation",
         "allanite.views.fleet",
         "allanite.commands.fleet.report:FLEET_REPORT",
     ),

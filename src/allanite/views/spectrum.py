@@ -9,7 +9,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from allanite.fitting.spectral.spectra import ChannelSpectrum, Spectra
-from allanite.noise.spectrum import SpectralLine, Spectrum
+from allanite.noise.spectrum.lines import SpectralLine
+from allanite.noise.spectrum.results import Spectrum
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, number
 from allanite.quantities.quantity import interval_words

@@ -141,7 +141,6 @@ def _limits(
 def _population(place: Path) -> FleetPopulation:
     """Of a document, of the document in a fleet's folder if it is that of its table, or made of the table."""
     from allanite.plain_files.regular_file import file_sha256
-    from allanite.stability.fleet import describe_fleet
 
     if place.suffix == ".json":
         return _read(place)[0]
@@ -150,12 +149,14 @@ def _population(place: Path) -> FleetPopulation:
         population, sha256 = _read(document)
         if sha256 == file_sha256(table):
             return population
+    from allanite.stability.fleet.population import describe_fleet
+
     return describe_fleet(place)
 
 
 def _read(path: Path) -> tuple[FleetPopulation, str | None]:
     from allanite.plain_files.json_values import load_plain
-    from allanite.stability.fleet import FleetPopulation
+    from allanite.stability.fleet.results import FleetPopulation
     from allanite.study.result_document import read_document
 
     document = read_document(FleetPopulation, load_plain(path, "the population of a fleet"))

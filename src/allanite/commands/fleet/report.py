@@ -70,7 +70,7 @@ def population_of_fleet(
     command: str | None = None,
     progress: Callable[[float, str], None] | None = None,
 ) -> MeasurementResult:
-    """The population of a fleet; see `allanite.stability.fleet.describe_fleet`.
+    """The population of a fleet; see `allanite.describe_fleet`.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def population_of_fleet(
     """
     from allanite.commands.fleet.sheet_limits import limits_of_fleet
     from allanite.commands.measurement import measured_result
-    from allanite.stability.fleet import describe_fleet
+    from allanite.stability.fleet.population import describe_fleet
 
     result = describe_fleet(
         Path(fleet),

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from allanite.errors import AllaniteError, FormatError, InputError, LimitError, StorageError
 from allanite.files.readers.nested_columns import Decode, NumberColumn, number_columns
 from allanite.files.readers.table import Options, Table
-from allanite.files.store.compaction import parquet_place
 from allanite.plain_files.arrow_numbers import arrow_of, numbers_of, whole_numbers_of
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.limits import COLUMNS, PIECES, refuse_more
@@ -88,6 +87,8 @@ def _brief(error: Exception) -> str:
 
 def _open_parquet(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], Decode]:
     import pyarrow.parquet as pq
+
+    from allanite.files.store.compaction import parquet_place
 
     # Channels are read by several threads, but one reader serves one of them at a time: two at once can block for ever.
     file = pq.ParquetFile(parquet_place(path), memory_map=True, pre_buffer=False)

@@ -11,12 +11,13 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from allanite.errors import InputError
 from allanite.files.readers.table import Options, Table
-from allanite.files.store import RunSurvey
-from allanite.files.store.run import open_run
+
+if TYPE_CHECKING:
+    from allanite.files.store.survey import RunSurvey
 
 NAME: Final = "run"
 OPTIONS: Final = frozenset({"variable"})
@@ -24,11 +25,13 @@ OPTIONS: Final = frozenset({"variable"})
 
 def sniff(head: bytes, path: Path) -> bool:
     """True for a folder with a manifest or a first segment, and for a Parquet file with the header of a run."""
-    from allanite.files.store.compaction import is_compact
-
     if path.is_dir():
         return (path / "manifest.jsonl").exists() or any(path.glob("[0-9]*.arrows"))
-    return head.startswith(b"PAR1") and is_compact(path)
+    if not head.startswith(b"PAR1"):
+        return False
+    from allanite.files.store.compaction import is_compact
+
+    return is_compact(path)
 
 
 def read(path: Path, options: Options) -> Table:
@@ -44,6 +47,7 @@ def read(path: Path, options: Options) -> Table:
         Nothing of it can be read.
     """
     from allanite.files.store.compaction import manifest_of, survey_of
+    from allanite.files.store.run import open_run
 
     if path.is_dir():
         run = open_run(path)

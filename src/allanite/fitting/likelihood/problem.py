@@ -378,7 +378,7 @@ class LikelihoodProblem:
     def _line_variances(self, peak: Peak, line: Line, tag: str) -> list[tuple[str, float]]:
         """Of ln amplitude and ln frequency, by the density of the noise at the line (Rife and Boorstyn 1974)."""
         from allanite.noise import NoiseModel
-        from allanite.noise.spectrum import sampled_psd
+        from allanite.noise.spectrum.sampled import sampled_psd
 
         model = NoiseModel(
             terms=tuple(t for t in self.terms(peak, ramp=False) if not isinstance(t, Sinusoid))

@@ -33,7 +33,7 @@ def gains_of(problem: LikelihoodProblem, letters: Letters, frequencies: Sequence
 
 def steady_lines(problem: LikelihoodProblem) -> tuple[list[float], tuple[LineLeftIn, ...]]:
     """Frequencies [Hz] of the lines of the spectrum whose phase is steady, and the others."""
-    from allanite.noise.spectrum import power_spectrum
+    from allanite.noise.spectrum.estimation import power_spectrum
 
     lines = power_spectrum(problem.recording, problem.channel.name).lines
     lowest = FEWEST_PERIODS / (problem.n_samples * problem.dt)

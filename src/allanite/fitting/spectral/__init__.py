@@ -30,7 +30,10 @@ from allanite.fitting.spectral.result import model_of, verdict_of
 from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
 from allanite.fitting.undecided import over_families, with_alternative
 from allanite.noise import NoiseModel
-from allanite.noise.spectrum import SpectralLine, Spectrum, power_spectrum, sinusoids, without_stable_lines
+from allanite.noise.spectrum.estimation import power_spectrum
+from allanite.noise.spectrum.lines import SpectralLine
+from allanite.noise.spectrum.results import Spectrum
+from allanite.noise.spectrum.stability import sinusoids, without_stable_lines
 from allanite.plain_files.counted import plural
 from allanite.recording.records import Recording
 

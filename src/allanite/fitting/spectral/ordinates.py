@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from allanite.fitting.spectral.modes import SlowModes, slow_modes
 from allanite.noise import Flicker, GaussMarkov, Quantisation, RandomWalk, TermType, White
-from allanite.noise.spectrum import Spectrum, sampled_psd
 from allanite.noise.spectrum.expected import Sight, sight_of
 from allanite.noise.spectrum.periodogram import additive_dof
+from allanite.noise.spectrum.results import Spectrum
+from allanite.noise.spectrum.sampled import sampled_psd
 from allanite.noise.spectrum.windows import window_of
 from allanite.recording.records import Recording
 

@@ -9,7 +9,7 @@ from allanite.errors import DataQualityError
 from allanite.fitting.spectral.agreement import disagreement
 from allanite.fitting.spectral.ordinates import ordinates_of
 from allanite.noise import NoiseModel
-from allanite.noise.spectrum import Spectrum
+from allanite.noise.spectrum.results import Spectrum
 from allanite.recording.health.finding import Finding, Severity, finding, plural
 from allanite.recording.records import Recording
 

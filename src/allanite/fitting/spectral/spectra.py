@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from allanite.fitting.spectral.agreement import Disagreement
 from allanite.noise import NoiseModel
-from allanite.noise.spectrum import Spectrum
+from allanite.noise.spectrum.results import Spectrum
 from allanite.quantities.result import Result
 from allanite.quantities.verdict import Tone, Verdict
 from allanite.recording.channel_names import channel_called

@@ -17,25 +17,3 @@ takes it out of the samples; `lags_to_exclude` says which lags of a curve the ot
 ``lines``, ``stability``, ``band_limit``, ``exclusion``
     What is no noise term, and what it does to an Allan curve.
 """
-
-from __future__ import annotations
-
-from allanite.noise.spectrum.estimation import power_spectrum
-from allanite.noise.spectrum.exclusion import Exclusion, lags_to_exclude, quiet_lags, without_spans
-from allanite.noise.spectrum.lines import SpectralLine
-from allanite.noise.spectrum.results import Spectrum
-from allanite.noise.spectrum.sampled import sampled_psd
-from allanite.noise.spectrum.stability import sinusoids, without_stable_lines
-
-__all__ = [
-    "Exclusion",
-    "SpectralLine",
-    "Spectrum",
-    "lags_to_exclude",
-    "power_spectrum",
-    "quiet_lags",
-    "sampled_psd",
-    "sinusoids",
-    "without_spans",
-    "without_stable_lines",
-]

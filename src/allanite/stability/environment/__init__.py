@@ -10,39 +10,3 @@
 ``effect``           what is removed, sample by sample
 ``correction``       the Allan curve of the residual
 """
-
-from allanite.stability.environment.correction import Correction
-from allanite.stability.environment.effect import Effect
-from allanite.stability.environment.estimation import (
-    free_of_environment,
-    regress_environment,
-    warm_ups_to_cut,
-)
-from allanite.stability.environment.results import (
-    Coefficient,
-    Environment,
-    EnvironmentEstimate,
-    EnvironmentFacts,
-    FreedRecording,
-    Hysteresis,
-    Lag,
-    WarmUp,
-)
-from allanite.stability.environment.verdict import EnvironmentVerdict
-
-__all__ = [
-    "Coefficient",
-    "Correction",
-    "Effect",
-    "Environment",
-    "EnvironmentEstimate",
-    "EnvironmentFacts",
-    "EnvironmentVerdict",
-    "FreedRecording",
-    "Hysteresis",
-    "Lag",
-    "WarmUp",
-    "free_of_environment",
-    "regress_environment",
-    "warm_ups_to_cut",
-]

@@ -16,32 +16,3 @@
 ``charts``         the control chart of a coefficient, in ``chart_words``; ``control_rules``: when it signals.
 ``checking``       a unit beside its limits: pass, fail, cannot tell, in ``check_words``.
 """
-
-from allanite.stability.fleet.population import describe_fleet
-from allanite.stability.fleet.results import (
-    Capability,
-    CoefficientPopulation,
-    CovariateEffect,
-    FleetPopulation,
-    LotRatio,
-    StandingOut,
-    UnitCorrelation,
-    UnitDensity,
-    UnitDrift,
-)
-from allanite.stability.fleet.verdict import CapabilityVerdict, FleetVerdict
-
-__all__ = [
-    "Capability",
-    "CapabilityVerdict",
-    "CoefficientPopulation",
-    "CovariateEffect",
-    "FleetPopulation",
-    "FleetVerdict",
-    "LotRatio",
-    "StandingOut",
-    "UnitCorrelation",
-    "UnitDensity",
-    "UnitDrift",
-    "describe_fleet",
-]

@@ -11,13 +11,13 @@ and anything between cannot be told. All coefficients must pass (an intersection
 fails is enough, so that r_m is that of 5 % shared by the m coefficients (Bonferroni). A unit at a limit therefore
 passes in at most 5 % of logs, and a unit that keeps all of them fails in at most 5 %: in 2.5 % where the errors of the
 estimate are symmetric. They are not where a term at zero can only take from the coefficient, so that one side of the
-interval may have all of the 5 %.
+interval may have all of the 5 %. A ramp that the log does not show is none of these terms: see `log_profiles`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import ClassVar, TypedDict
@@ -26,7 +26,6 @@ import numpy as np
 
 from allanite.errors import DataQualityError, FitError
 from allanite.fitting.advice import predicted_sd, record_length
-from allanite.fitting.families import FLICKER
 from allanite.noise import Flicker, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.noise.allan import AllanCurve
 from allanite.noise.terms import TermType
@@ -35,9 +34,9 @@ from allanite.quantities.quantity import Quantity, QuantityStatus
 from allanite.quantities.result import Result
 from allanite.quantities.verdict import Tone, Verdict
 from allanite.stability.fleet.check_words import check_sentence
-from allanite.stability.record_comparison.evidence import Evidence, evidence_of
+from allanite.stability.fleet.log_profiles import profiles_of
 from allanite.stability.record_comparison.profiles import Profile
-from allanite.stability.record_comparison.series import record_of
+from allanite.stability.record_comparison.series import FittedChannel, record_of
 
 __all__ = [
     "AcceptanceLimit",
@@ -183,11 +182,12 @@ def check_unit(curve: AllanCurve, limits: Sequence[AcceptanceLimit]) -> FleetChe
     FleetCheck
     """
     record = record_of(curve, "log")
-    made: dict[str, Evidence] = {}
+    made: dict[str, _FittedProfiles] = {}
     unfitted = []
     for channel in dict.fromkeys(limit.channel for limit in limits):
         try:
-            made[channel] = evidence_of(record.series(channel), FLICKER, _CONFIDENCE)
+            series = record.series(channel)
+            made[channel] = _FittedProfiles(series, profiles_of(series, _CONFIDENCE))
         except (DataQualityError, FitError):
             unfitted.append(channel)
     fitted = [limit for limit in limits if limit.channel in made]
@@ -222,17 +222,24 @@ def judged(profile: Profile, limit: float, tests: int) -> tuple[CheckVerdict, fl
     return (CheckVerdict.FAIL if root <= -shared else CheckVerdict.OPEN), root
 
 
-def _checked(evidence: Evidence, limit: AcceptanceLimit, tests: int) -> CoefficientCheck:
-    profile = evidence.profiles[limit.symbol]
+@dataclass(frozen=True, slots=True)
+class _FittedProfiles:
+    """A channel, and what it says of each coefficient."""
+
+    series: FittedChannel
+    profiles: Mapping[str, Profile]
+
+
+def _checked(fitted: _FittedProfiles, limit: AcceptanceLimit, tests: int) -> CoefficientCheck:
+    series, profile = fitted.series, fitted.profiles[limit.symbol]
     verdict, root = judged(profile, limit.value, tests)
-    series = evidence.series
     return CoefficientCheck(
         kind=series.kind.value,
         limit=limit,
         measured=_measured(profile, si_unit(series.kind.value, limit.symbol, series.unit)),
         root=root,
         verdict=verdict,
-        duration=_duration(evidence, limit) if verdict is CheckVerdict.OPEN else None,
+        duration=_duration(fitted, limit) if verdict is CheckVerdict.OPEN else None,
     )
 
 
@@ -253,10 +260,10 @@ _TERMS: Mapping[str, type[TermType]] = {
 }
 
 
-def _duration(evidence: Evidence, limit: AcceptanceLimit) -> float:
+def _duration(fitted: _FittedProfiles, limit: AcceptanceLimit) -> float:
     """Length of record [s] whose standard deviation tells the coefficient from its limit."""
-    curve, profile = evidence.series.curve, evidence.profiles[limit.symbol]
-    supposed = dict(_amplitudes(evidence))
+    curve, profile = fitted.series.curve, fitted.profiles[limit.symbol]
+    supposed = {s: math.exp(p.best) for s, p in fitted.profiles.items() if math.isfinite(p.best)}
     supposed.setdefault(limit.symbol, limit.value / 2)
     target = abs(math.log(limit.value / supposed[limit.symbol])) / _DECIDES
     if target <= 0:
@@ -265,7 +272,7 @@ def _duration(evidence: Evidence, limit: AcceptanceLimit) -> float:
     design: _RecordShape = {
         "n_samples": curve.n_samples,
         "dt": curve.dt,
-        "sampling": evidence.series.sampling,
+        "sampling": fitted.series.sampling,
     }
     if profile.supported:
         # Terms at zero may still grow, which the prediction does not know: wider now is wider then.
@@ -279,10 +286,3 @@ class _RecordShape(TypedDict):
     n_samples: int
     dt: float
     sampling: str
-
-
-def _amplitudes(evidence: Evidence) -> Iterator[tuple[str, float]]:
-    """Coefficients that are not best at zero [SI]."""
-    for symbol, profile in evidence.profiles.items():
-        if math.isfinite(profile.best):
-            yield symbol, math.exp(profile.best)

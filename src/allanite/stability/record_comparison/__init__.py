@@ -16,9 +16,3 @@ part in both with all that it knows of a parameter: its profile, also where that
 ``results``     Comparison and what it is made of; ``verdict`` what it may come to, ``words`` says it in a sentence.
 ``remarks``     what a reader must know besides.
 """
-
-from allanite.stability.record_comparison.estimation import compare
-from allanite.stability.record_comparison.results import ChannelComparison, Comparison, ParameterComparison
-from allanite.stability.record_comparison.verdict import ComparisonVerdict
-
-__all__ = ["ChannelComparison", "Comparison", "ComparisonVerdict", "ParameterComparison", "compare"]

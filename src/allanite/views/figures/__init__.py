@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from allanite.fitting.overbound import Bounds
     from allanite.fitting.selection import TermSelection
     from allanite.fitting.spectral.spectra import Spectra
-    from allanite.stability.fleet import FleetPopulation
     from allanite.stability.fleet.charts import ControlChart
-    from allanite.stability.record_comparison import Comparison
+    from allanite.stability.fleet.results import FleetPopulation
+    from allanite.stability.record_comparison.results import Comparison
     from allanite.stability.shared_noise import Separation
     from allanite.stability.variation import Variation
     from allanite.study.datasheet import DatasheetJudgement

@@ -9,7 +9,7 @@ from typing import cast
 import numpy as np
 
 from allanite.quantities.display_units import display_unit
-from allanite.stability.environment import Environment, EnvironmentFacts
+from allanite.stability.environment.results import Environment, EnvironmentFacts
 from allanite.views.figures.panel import Array, Axis, Curve, Label, Panel, positive_range
 from allanite.views.figures.records import clock
 

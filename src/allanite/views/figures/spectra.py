@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from allanite.fitting.spectral.spectra import ChannelSpectrum
 from allanite.noise import BY_LETTER, NoiseModel, TermType
-from allanite.noise.spectrum import Spectrum
+from allanite.noise.spectrum.results import Spectrum
 from allanite.quantities.display_units import display_unit
 from allanite.study.results import ChannelStudy
 from allanite.views.figures.curves import series_colours

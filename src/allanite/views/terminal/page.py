@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 from allanite.recording.health import Severity
 from allanite.study.result_document import Reportable
-from allanite.study.results import ChannelModels
 from allanite.views.blocks import (
     Banner,
     Bullets,
@@ -23,7 +22,6 @@ from allanite.views.blocks import (
 )
 from allanite.views.blocks import Text as PlainText
 from allanite.views.result_page import view_of
-from allanite.views.study import parameter_blocks
 from allanite.views.terminal.coefficients import say_coefficients
 from allanite.views.terminal.console import console
 from allanite.views.terminal.parts import (
@@ -39,6 +37,8 @@ from allanite.views.terminal.style import BRIEF, TerminalStyle
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.text import Text
+
+    from allanite.study.results import ChannelModels
 
 __all__ = ["show_blocks", "show_document", "show_models", "show_page"]
 
@@ -95,6 +95,8 @@ def show_blocks(blocks: Iterable[PageBlock], *, style: TerminalStyle = BRIEF) ->
 
 def show_models(channels: Sequence[ChannelModels], *, style: TerminalStyle = BRIEF) -> None:
     """The coefficients of models that were fitted."""
+    from allanite.views.study import parameter_blocks
+
     show_blocks(parameter_blocks(channels), style=style)
 
 

@@ -7,13 +7,15 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from allanite.noise import Estimate, NoiseModel
 from allanite.plain_files.counted import listed
 from allanite.quantities.display_units import display_unit, si_unit
 from allanite.quantities.number_words import interval, number, probability, upper_limit
-from allanite.study.results import ChannelModels, SlopeReading
+
+if TYPE_CHECKING:
+    from allanite.study.results import ChannelModels, SlopeReading
 
 __all__ = [
     "COLUMNS",
@@ -35,7 +37,7 @@ __all__ = [
     "slope_reading",
 ]
 
-C = TypeVar("C", bound=ChannelModels)
+C = TypeVar("C", bound="ChannelModels")
 
 COLUMNS = ("N", "B", "T", "K", "R", "Q")
 """Columns of every parameter table, in the order in which a curve shows them. B stands for B_equiv too."""
