@@ -13,6 +13,7 @@ by 1 % there would decide every parameter. Remedies, in this order, both said in
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,9 +37,9 @@ _BISECTIONS = 7
 _WORST = 0.4  # a larger discrepancy describes nothing
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class LagChoice:
-    """A choice of lags (and of a discrepancy) with the best fit of both families.
+    """A choice of lags (and of a discrepancy), and the best fits to them; each is made when it is asked for.
 
     Attributes
     ----------
@@ -47,33 +48,36 @@ class LagChoice:
     scale : float
         Variance unit of `data`.
     data : CurveData
-    flicker, markov : CurveSolution
-    other : CurveSolution or None
-        Of shorter correlation times, and maybe two Gauss-Markov terms, where that explains what neither family does.
+    below : tuple of str
+        Terms of the instrument, which every family has.
+    more : bool
+        Whether shorter correlation times, and two Gauss-Markov terms, may explain what neither family does.
     """
 
     used: NDArray[np.bool_]
     scale: float
     data: CurveData
-    flicker: CurveSolution
-    markov: CurveSolution
-    other: CurveSolution | None = None
+    below: tuple[str, ...] = ()
+    more: bool = False
 
-    @property
-    def solutions(self) -> tuple[CurveSolution, ...]:
-        """The best fits of all families that were tried."""
-        return (self.flicker, self.markov, *([] if self.other is None else [self.other]))
+    @cached_property
+    def flicker(self) -> CurveSolution:
+        """The best fit of the flicker family."""
+        return Family(self.data, (*FLICKER, *self.below))({})
 
-    @property
-    def p(self) -> float:
-        """Goodness of the better family."""
-        return max(self._p(self.flicker), self._p(self.markov))
+    @cached_property
+    def markov(self) -> CurveSolution:
+        """The best fit of the family with one Gauss-Markov term."""
+        return Family(self.data, (*GAUSS_MARKOV, *self.below))({})
 
-    def with_shorter_times(self) -> LagChoice:
-        """The same with one Gauss-Markov term of any correlation time, or two, if that explains what is left."""
+    @cached_property
+    def other(self) -> CurveSolution | None:
+        """One Gauss-Markov term of any correlation time, or two, where that explains what neither family does."""
+        if not self.more:
+            return None
         at_end = self.markov.times[0] <= 1.001 * SHORTEST_TIME and self._only_markov()
-        if self.p >= DOUBTFUL and not at_end:
-            return self
+        if self.explained(DOUBTFUL) and not at_end:
+            return None
         below = self.markov
         for symbols in (GAUSS_MARKOV, TWO_GAUSS_MARKOV):
             family = Family(self.data, symbols, shortest=1.0)
@@ -83,9 +87,18 @@ class LagChoice:
             gain = min(self.flicker.value, self.markov.value) - other.value
             price = PAYS_FOR_TIME if at_end and symbols == GAUSS_MARKOV else PAYS_FOR_TWO
             if gain > price and self._p(other) >= _EXPLAINED:
-                return replace(self, other=other)
+                return other
             below = other
-        return self
+        return None
+
+    @property
+    def solutions(self) -> tuple[CurveSolution, ...]:
+        """The best fits of all families that were tried."""
+        return (self.flicker, self.markov, *([] if self.other is None else [self.other]))
+
+    def explained(self, p: float) -> bool:
+        """Whether one of the families fits as well as a true model does with this probability."""
+        return self._p(self.flicker) >= p or self._p(self.markov) >= p
 
     def _only_markov(self) -> bool:
         """Whether the curve rejects flicker, and not a Gauss-Markov term."""
@@ -109,7 +122,7 @@ class Floor:
 def candidate(
     curve: AllanCurve, used: NDArray[np.bool_], discrepancy: float = 0.0, floor: Floor | None = None
 ) -> LagChoice:
-    """The best fit of both families to these lags."""
+    """These lags."""
     return _Lags(curve, used, floor).candidate(discrepancy=discrepancy)
 
 
@@ -128,7 +141,7 @@ class _Lags:
         return min(int(_SHARE * count), count - _FEWEST)
 
     def candidate(self, *, left_out: int = 0, discrepancy: float = 0.0) -> LagChoice:
-        """The best fit of both families without the shortest lags."""
+        """These lags without the shortest ones."""
         used = self._used.copy()
         used[np.flatnonzero(used)[:left_out]] = False
         design = without_shortest(self._design, left_out)
@@ -138,9 +151,7 @@ class _Lags:
         if self._floor is not None and self._below is not None:
             variance = np.concatenate([variance, self._floor.curve.variance[self._floor.used, 0]])
             design, below = two_records(design, self._below), FLOOR
-        data = CurveData(variance / scale, design, discrepancy)
-        flicker, markov = (Family(data, (*symbols, *below))({}) for symbols in (FLICKER, GAUSS_MARKOV))
-        return LagChoice(used, scale, data, flicker, markov)
+        return LagChoice(used, scale, CurveData(variance / scale, design, discrepancy), below)
 
 
 def _design(curve: AllanCurve, used: NDArray[np.bool_]) -> CurveDesign:
@@ -152,14 +163,12 @@ def _design(curve: AllanCurve, used: NDArray[np.bool_]) -> CurveDesign:
 def best_explained(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | None = None) -> LagChoice:
     """All lags if they are explained, else fewer, else all of them with a discrepancy."""
     lags = _Lags(curve, used, floor)
-    whole = lags.candidate()
-    if floor is None:
-        whole = whole.with_shorter_times()
-    if whole.other is not None or whole.p >= _NOT_EXPLAINED:
+    whole = replace(lags.candidate(), more=floor is None)
+    if whole.explained(_NOT_EXPLAINED) or whole.other is not None:
         return whole
     for left_out in range(1, lags.most_left_out + 1):
         trial = lags.candidate(left_out=left_out)
-        if trial.p >= _EXPLAINED:
+        if trial.explained(_EXPLAINED):
             return trial
     return _with_discrepancy(lags)
 
@@ -167,7 +176,7 @@ def best_explained(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | No
 def _with_discrepancy(lags: _Lags) -> LagChoice:
     low, high = np.log(1e-3), np.log(_WORST)
     best = lags.candidate(discrepancy=_WORST)
-    if best.p < _NOT_EXPLAINED:
+    if not best.explained(_NOT_EXPLAINED):
         raise FitError(
             f"no sum of noise terms explains the curve to {_WORST:.0%} in variance: the record is not the "
             "noise of a sensor at rest; check the findings, the spectrum and the time series"
@@ -175,7 +184,7 @@ def _with_discrepancy(lags: _Lags) -> LagChoice:
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2
         trial = lags.candidate(discrepancy=float(np.exp(middle)))
-        if trial.p >= 0.5:
+        if trial.explained(0.5):
             high, best = middle, trial
         else:
             low = middle

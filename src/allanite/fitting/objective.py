@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from allanite._kernels import curve_minimum, curve_step
 from allanite.fitting.design import MARKOV, CurveDesign, Times
+from allanite.fitting.nonnegative import nonnegative
 
 __all__ = ["CurveData", "CurveSolution", "advantage", "distance", "sensitivity", "solve"]
 
@@ -190,15 +191,13 @@ def _start(
     v: Array, A: Array, symbols: tuple[str, ...], fixed: Mapping[str, float], free: NDArray[np.bool_]
 ) -> Array:
     """Relative least squares with non-negative coefficients: a safe first guess."""
-    from scipy.optimize import nnls
-
     c = np.array([fixed.get(s, 0.0) for s in symbols])
     rest = np.maximum(v - A @ c, 0.05 * v) / v
     weight = 1 / np.sqrt(1 + np.arange(len(v)))
     if free.any():
         columns = A[:, free] / v[:, None] * weight[:, None]
         norm = np.linalg.norm(columns, axis=0)
-        c[free] = nnls(columns / norm, rest * weight)[0] / norm
+        c[free] = nonnegative(columns / norm, rest * weight) / norm
     noise = [i for i, s in enumerate(symbols) if s not in _RAMPS]
     for row in (0, -1):  # of a floor, too, which stands after the measured curve
         if not np.all(A[:, noise] @ c[noise] > 0):
