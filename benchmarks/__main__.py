@@ -7,6 +7,7 @@ from . import (
     allan_speed,
     characterize_speed,
     decimation_loss,
+    fleet_table,
     kalman_speed,
     page_speed,
     read_speed,
@@ -20,3 +21,4 @@ kalman_speed.main()
 read_speed.main()
 characterize_speed.main(Path())
 page_speed.main()
+fleet_table.main()

@@ -382,6 +382,8 @@ def fleet_table_page() -> str:
         "`make docs`. One row for each log, channel and coefficient. A log that failed is one row, whose channel and",
         "term are null. A number that does not exist is null. Columns may be added; read them by name.",
         "",
+        *STORED_AS.splitlines(),
+        "",
         "| column | type | meaning |",
         "|---|---|---|",
     ]
@@ -393,6 +395,13 @@ def fleet_table_page() -> str:
             )
     return "\n".join(lines) + "\n" + PROFILE_OF_A_ROW
 
+
+STORED_AS = """\
+`fleet.parquet` is a folder of Parquet files of one schema, such as `003-of-008.parquet`; pandas, polars, DuckDB and
+pyarrow read it by its name. Their number is a power of two, 1 up to 500 logs, 256 at most. All rows of a log are in one
+file, which the CRC-32 of its name determines; inside a file rows are sorted by log. A run writes only the files whose
+logs or labels changed. Each file is replaced as a whole, and the whole folder if the number of files changes: a reader
+never sees a part of a log. A table that is one file is read as well; the next run makes a folder of it."""
 
 #: What a table calls the types of its columns.
 ARROW_NAMES = {

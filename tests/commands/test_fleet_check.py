@@ -36,7 +36,12 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     table = fleet_table(symbols=("N",))
     channel = pa.array(["gyro"] * len(table))
     table = table.set_column(table.column_names.index("channel"), "channel", channel)
-    pq.write_table(table, folder / "fleet" / "fleet.parquet")
+    (folder / "fleet" / "fleet.parquet").mkdir()
+    for i in range(2):  # as a run writes it
+        half = len(table) // 2
+        pq.write_table(
+            table.slice(i * half, half), folder / "fleet" / "fleet.parquet" / f"{i:03d}-of-002.parquet"
+        )
     return folder
 
 

@@ -50,7 +50,7 @@ def made(tmp_path_factory):
 
 def test_the_table_has_the_columns_that_are_declared(made):
     folder, run, _ = made
-    schema = pq.read_schema(folder / run.path)
+    schema = pq.read_table(folder / run.path).schema
     names = [c.name for c in COLUMNS]
     place = names.index("temperature") + 1
     assert schema.names == [*names[:place], "customer", "hours", *names[place:]]

@@ -47,10 +47,22 @@ def large_table(rows: int) -> pa.Table:
     )
 
 
-def test_the_stream_is_arrow_in_the_units_of_people(tmp_path: Path) -> None:
+def write_table(table: pa.Table, place: Path, files: int) -> None:
+    """As a folder of so many files, or as one file."""
+    if not files:
+        pq.write_table(table, place)
+        return
+    place.mkdir()
+    for i in range(files):
+        rows = table.slice(i * len(table) // files, (i + 1) * len(table) // files - i * len(table) // files)
+        pq.write_table(rows, place / f"{i:03d}-of-{files:03d}.parquet")
+
+
+@pytest.mark.parametrize("files", [0, 1, 2])
+def test_the_stream_is_arrow_in_the_units_of_people(tmp_path: Path, files: int) -> None:
     folder = tmp_path / "fleets"
     folder.mkdir()
-    pq.write_table(fleet_table(units=5, symbols=("N", "B")), folder / "fleet.parquet")
+    write_table(fleet_table(units=5, symbols=("N", "B")), folder / "fleet.parquet", files)
     small_log(folder, "log.csv")
     with Browser(application(folder, tmp_path / "cache")) as browser:
         listed = {r["name"]: r for r in browser.get("/api/catalogue").json()["recordings"]}

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from allanite.errors import StorageError
 
-__all__ = ["fresh", "make_folder", "refuse_existing"]
+__all__ = ["fresh", "make_folder", "refuse_existing", "synced"]
 
 
 @contextmanager
@@ -53,17 +53,17 @@ def fresh(path: str | os.PathLike[str], *, force: bool = False, durable: bool = 
         yield place
         place.chmod(0o666 & ~_umask())
         if durable:
-            _sync(place)
+            synced(place)
         place.replace(target)
         if durable:
-            _sync(target.parent)
+            synced(target.parent)
     except OSError as error:
         raise _refusal("write", target, error) from error
     finally:
         place.unlink(missing_ok=True)
 
 
-def _sync(path: Path) -> None:
+def synced(path: Path) -> None:
     """Return when a file, or the names in a folder, are on the medium."""
     descriptor = os.open(path, os.O_RDONLY)
     try:

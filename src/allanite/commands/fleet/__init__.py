@@ -9,7 +9,7 @@
 `log_process`  that process: it forks a child for each log, within limits of time and memory
 `one_log`      what the child does: a log -> rows
 `rows`         a study -> rows
-`table`        the columns; rows -> fleet.parquet
+`table`        the columns; rows -> an Arrow table; `partitions`: fleet.parquet on disk
 `folder`       what is done and what is not, kept through a loss of power
 `watching`     new logs as they come
 `sheet_limits` the values of a data sheet, as limits

@@ -140,14 +140,14 @@ def _limits(
 
 def _population(place: Path) -> FleetPopulation:
     """Of a document, of the document in a fleet's folder if it is that of its table, or made of the table."""
-    from allanite.plain_files.regular_file import file_sha256
+    from allanite.stability.fleet.table_files import table_sha256
 
     if place.suffix == ".json":
         return _read(place)[0]
-    document, table = place / "population.json", place / "fleet.parquet"
-    if document.is_file() and table.is_file():
+    document = place / "population.json"
+    if document.is_file():
         population, sha256 = _read(document)
-        if sha256 == file_sha256(table):
+        if sha256 is not None and sha256 == table_sha256(place):
             return population
     from allanite.stability.fleet.population import describe_fleet
 

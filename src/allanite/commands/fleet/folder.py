@@ -1,38 +1,40 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The folder of a fleet: its table, and what is done, kept through whatever ends a run.
 
-A log that is done is a part, a small file that is on the medium before the next log is taken. Parts are merged now and
-then, and at the end of a run they become `fleet.parquet`. A part is newer than the table, and later parts than earlier
-ones, so that a run may end at any moment: what is there is whole.
+A log that is done is a part, a small file that is on the medium before the next log is taken. Many parts become one now
+and then, and at the end of a run the table takes their rows. A part is newer than the table, and later parts than
+earlier ones, so that a run may end at any moment: what is there is whole.
 """
 
 from __future__ import annotations
 
 import fcntl
-import itertools
 import json
 import os
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+import sys
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.fleet.labels import LABELS, LogLabels
-from allanite.commands.fleet.table import COLUMNS, LABEL_END, TableColumn, arrow_table, arrow_type
-from allanite.errors import FormatError, StorageError
+from allanite.commands.fleet.partitions import FleetTable
+from allanite.commands.fleet.table import COLUMNS, TableColumn, arrow_table
+from allanite.errors import FormatError, InputError, StorageError
 from allanite.plain_files.atomic_file import fresh, make_folder
 from allanite.plain_files.json_values import load_plain
+from allanite.stability.fleet.table_files import TABLE
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["TABLE", "FleetFolder", "LogState"]
+__all__ = ["FleetFolder", "LogState"]
 
-TABLE = "fleet.parquet"
 _STATE, _FORMAT, _VERSION = ".fleet", "allanite-fleet", 1
 _MERGE = 200  # parts that become one
-_ROWS = 200_000  # of a row group
+_MERGED = ".merged.parquet"
+_AT_ONCE = 10_000  # rows that are turned into Python at a time
 #: What a part holds of a log beside its rows.
 _OF_LOG = (
     TableColumn("_stamp", "string", ""),
@@ -90,6 +92,7 @@ class FleetFolder:
         self.logs: dict[str, LogState] = {}
         self._forgotten: set[str] = set()
         self._next = 0
+        self._table = FleetTable(self.table, self._state)
 
     @property
     def table(self) -> Path:
@@ -148,10 +151,10 @@ class FleetFolder:
         """Keep the rows of logs that are done; they are on the medium when this returns."""
         part = arrow_table(rows, _OF_PART)
         self._forgotten -= {str(row["log"]) for row in rows}
-        self._write([part], self._parts / f"{self._next:09d}.parquet")
+        self._write(part, self._parts / f"{self._next:09d}.parquet")
         self._next += 1
         self._learn(part)
-        if len(parts := self._listed()) > _MERGE:
+        if len(parts := [p for p in self._listed() if not p.name.endswith(_MERGED)]) > _MERGE:
             self._merge(parts)
 
     def touch(self, log: str, stamp: str) -> None:
@@ -170,11 +173,8 @@ class FleetFolder:
         parts = self._listed()
         for part in parts:  # the run may have been interrupted before it knew what it had just kept
             self._learn(_facts_of(part))
-        older = [self.table] if self.table.exists() else []
-        columns = [c.name for c in _OF_PART if c not in _OF_LOG]
-        rows = _in_one_piece(_newest([*older, *parts], columns, self._forgotten))
-        self._write(_labeled(rows, labels, self.logs), self.table)
-        self._write([_states(self.logs)], self._state / "logs.parquet")
+        self._table.update(parts, self._forgotten, self.logs, _LabelsOfStates(labels, self.logs))
+        self._write(_states(self.logs), self._state / "logs.parquet")
         for part in parts:
             part.unlink()
 
@@ -185,6 +185,7 @@ class FleetFolder:
 
     def _clear(self) -> None:
         """Remove what a process that was killed was about to write."""
+        self._table.clear()
         for place in (*self._parts.glob(".*"), *self._state.glob(".*"), *self.path.glob(f".{TABLE}.*")):
             with suppress(OSError):
                 place.unlink()
@@ -192,81 +193,79 @@ class FleetFolder:
     def load(self) -> None:
         """Know what is done."""
         parts = self._listed()
-        self._next = int(parts[-1].stem) + 1 if parts else 0
+        self._next = int(parts[-1].name.partition(".")[0]) + 1 if parts else 0
         known = self._state / "logs.parquet"
-        self.logs = {row.pop("log"): LogState(**row) for row in _rows_of(known)}
+        self.logs = {
+            row.pop("log"): LogState(**{**row, "key": sys.intern(row["key"])}) for row in _rows_of(known)
+        }
         for part in parts:
             self._learn(_facts_of(part))
 
     def _learn(self, part: pa.Table) -> None:
-        for row in part.select(_FACTS).to_pylist():
+        for row in _first_of_each_log(part.select(_FACTS)).to_pylist():
             if row["log"] in self._forgotten:
                 continue
             self.logs[row["log"]] = LogState(
                 sha256=row["sha256"],
                 stamp=row["_stamp"],
-                key=row["_key"],
+                key=sys.intern(row["_key"]),
                 temperature=row["_temperature"],
                 start=row["_start"],
                 failed=row["status"] == "error" and row["channel"] is None,
             )
 
     def _merge(self, parts: Sequence[Path]) -> None:
-        """Make one part of many; its number is that of the last, which it replaces."""
-        self._write([_newest(parts, [c.name for c in _OF_PART])], parts[-1])
-        for part in parts[:-1]:
+        """Make one part of many. By its name it comes right before the last of them, whose rows it has."""
+        self._write(_newest(parts), parts[-1].with_suffix(_MERGED))
+        for part in parts:
             part.unlink()
 
     @staticmethod
-    def _write(tables: Iterable[pa.Table], place: Path) -> None:
-        """Write tables of one schema, one below the other."""
+    def _write(table: pa.Table, place: Path) -> None:
         import pyarrow.parquet as pq
 
-        coming = iter(tables)
-        first = next(coming)
-        with (
-            fresh(place, force=True, durable=True) as new,
-            pq.ParquetWriter(new, first.schema, compression="zstd") as writer,
-        ):
-            for table in itertools.chain([first], coming):
-                writer.write_table(table, row_group_size=_ROWS)
+        with fresh(place, force=True, durable=True) as new:
+            pq.write_table(table, new, compression="zstd")
 
 
-def _newest(places: Sequence[Path], columns: Sequence[str], dropped: Collection[str] = ()) -> pa.Table:
-    """Rows of all logs, each log from the last place that has it, without those that are dropped."""
+def _newest(places: Sequence[Path]) -> pa.Table:
+    """Rows of all logs, each log from the last place that has it."""
     import pyarrow as pa
+    import pyarrow.compute as pc
 
     kept = list[pa.Table]()
-    known = pa.array(sorted(dropped), pa.string())
+    known = pa.array([], pa.string())
     for place in reversed(places):
-        rows = pa.concat_tables(_rows_without(place, columns, known))
-        kept.append(rows)
+        rows = _read(place)
+        kept.append(rows.filter(pc.invert(pc.is_in(rows["log"], value_set=known))))
         known = pa.concat_arrays([known, rows["log"].unique()])
-    return pa.concat_tables(kept[::-1]) if kept else arrow_table([], _OF_PART).select(columns)
+    return pa.concat_tables(kept[::-1])
 
 
-def _rows_without(place: Path, columns: Sequence[str], known: pa.Array) -> Iterator[pa.Table]:
-    """Rows of a place in pieces, without those of logs that are known: a filter of all would double the memory."""
-    import pyarrow.compute as pc
-    import pyarrow.parquet as pq
+def _first_of_each_log(rows: pa.Table) -> pa.Table:
+    import numpy as np
+    import pyarrow as pa
 
-    with pq.ParquetFile(place) as file:
-        yield file.schema_arrow.empty_table().select(columns)
-        for group in range(file.num_row_groups):
-            rows = file.read_row_group(group, columns=columns).select(columns)
-            yield rows.filter(pc.invert(pc.is_in(rows["log"], value_set=known))) if len(known) else rows
+    codes = rows["log"].combine_chunks().dictionary_encode().indices.to_numpy()
+    return rows.take(pa.array(np.unique(codes, return_index=True)[1]))
 
 
 def _facts_of(part: Path) -> pa.Table:
+    return _read(part, _FACTS)
+
+
+def _read(place: Path, columns: list[str] | None = None) -> pa.Table:
+    """A file; `pyarrow.parquet.read_table` would load the code for folders of them, of 30 MB."""
     import pyarrow.parquet as pq
 
-    return pq.read_table(part, columns=_FACTS)
+    with pq.ParquetFile(place) as file:
+        return file.read(columns=columns)
 
 
-def _rows_of(place: Path) -> list[dict[str, Any]]:
-    import pyarrow.parquet as pq
-
-    return list(pq.read_table(place).to_pylist()) if place.exists() else []
+def _rows_of(place: Path) -> Iterator[dict[str, Any]]:
+    if place.exists():
+        for batch in _read(place).to_batches(max_chunksize=_AT_ONCE):
+            yield from batch.to_pylist()
 
 
 def _states(logs: Mapping[str, LogState]) -> pa.Table:
@@ -280,63 +279,25 @@ def _states(logs: Mapping[str, LogState]) -> pa.Table:
     return pa.table(columns)
 
 
-def _labeled(rows: pa.Table, labels: LogLabels, logs: Mapping[str, LogState]) -> Iterator[pa.Table]:
-    """Rows with the labels of their logs, sorted by log, some at a time: a copy of all would double the memory."""
-    coded = rows["log"].combine_chunks().dictionary_encode()
-    of_logs = [_labels_of(log, labels, logs.get(log)) for log in coded.dictionary.to_pylist()]
-    arrays = {name: _label_array(name, of_logs) for name in (*LABELS, *labels.further)}
-    names = [c.name for c in COLUMNS]
-    place = names.index(LABEL_END) + 1
-    names[place:place] = labels.further
-    order = _order(rows)
-    for start in range(0, max(len(order), 1), _ROWS):
-        chosen = order.slice(start, _ROWS)
-        part, which = rows.take(chosen), coded.indices.take(chosen)
-        for name, array in arrays.items():
-            part = part.append_column(name, array.take(which))
-        yield part.select(names)
+class _LabelsOfStates:
+    """Labels of logs by their names, and by what is known of them where those do not say it."""
 
+    def __init__(self, labels: LogLabels, logs: Mapping[str, LogState]) -> None:
+        self._labels, self._logs = labels, logs
+        self.further, self.key = labels.further, labels.key
 
-def _in_one_piece(rows: pa.Table) -> pa.Table:
-    """Each column as one array, from which rows are taken quickly; one column after the other, to save memory."""
-    import pyarrow as pa
+    def of(self, log: str) -> Mapping[str, Any]:
+        """Labels of a log; none of one that the pattern refuses."""
+        from allanite.commands.fleet.pattern import date_of
 
-    columns = {}
-    for name in rows.column_names:
-        columns[name] = rows[name].combine_chunks()
-        rows = rows.drop_columns([name])
-    return pa.table(columns)
-
-
-def _order(rows: pa.Table) -> pa.Array:
-    """By log; inside a log as they are."""
-    import numpy as np
-    import pyarrow as pa
-    import pyarrow.compute as pc
-
-    ordered = rows.select(["log"]).append_column("at", pa.array(np.arange(len(rows))))
-    return pc.sort_indices(ordered, sort_keys=[("log", "ascending"), ("at", "ascending")])
-
-
-def _labels_of(log: str, labels: LogLabels, state: LogState | None) -> Mapping[str, Any]:
-    from allanite.commands.fleet.pattern import date_of
-
-    made: dict[str, Any] = {} if labels.refusal(log) else labels.of(log)
-    if state is not None:
-        if made.get("temperature") is None:
-            made["temperature"] = state.temperature
-        if made.get("date") is None and state.start is not None:
-            made["date"] = date_of(state.start)
-    return made
-
-
-def _label_array(name: str, of_logs: Sequence[Mapping[str, Any]]) -> pa.Array:
-    """Of the type that the schema states; of any other label numbers where all are, else text."""
-    import pyarrow as pa
-
-    values = [labels.get(name) for labels in of_logs]
-    stated = next((c.type for c in COLUMNS if c.name == name), None)
-    texts = stated == "string" or (stated is None and any(isinstance(v, str) for v in values))
-    if texts:
-        return pa.array([None if v is None else str(v) for v in values], pa.string())
-    return pa.array(values, arrow_type(stated or "float64"))
+        try:
+            made = self._labels.of(log)
+        except InputError:
+            made = {}
+        state = self._logs.get(log)
+        if state is not None:
+            if made.get("temperature") is None:
+                made["temperature"] = state.temperature
+            if made.get("date") is None and state.start is not None:
+                made["date"] = date_of(state.start)
+        return made

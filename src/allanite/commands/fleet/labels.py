@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 from collections.abc import Mapping
 from pathlib import PurePosixPath
@@ -42,6 +43,8 @@ class LogLabels:
         self._key, self._table = ("", {}) if metadata is None else _metadata(metadata)
         columns = next(iter(self._table.values()), {})
         placed = () if self._pattern is None else self._pattern.names
+        known = repr((pattern, self._key, self._table)).encode()
+        self.key = hashlib.sha256(known).hexdigest()  # of labels of the same logs
         self.further = tuple(dict.fromkeys(name for name in (*placed, *columns) if name not in LABELS))
         if taken := _TAKEN.intersection(self.further):
             raise InputError(

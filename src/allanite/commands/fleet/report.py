@@ -99,11 +99,8 @@ def population_of_fleet(
 def provenance_of_fleet(fleet: str | os.PathLike[str], command: str | None) -> Provenance:
     """Where a result of a fleet comes from: its folder, and the digest of its table."""
     from allanite.commands.measurement import provenance
-    from allanite.plain_files.regular_file import file_sha256
+    from allanite.stability.fleet.table_files import table_sha256
     from allanite.study.result_document import Provenance
 
     place = Path(fleet)
-    table = place / "fleet.parquet" if place.is_dir() else place
-    return Provenance(
-        **provenance(place.resolve().name, file_sha256(table) if table.is_file() else None, command)
-    )
+    return Provenance(**provenance(place.resolve().name, table_sha256(place), command))

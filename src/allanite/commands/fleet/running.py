@@ -22,7 +22,6 @@ from allanite.commands.fleet.labels import LogLabels
 from allanite.commands.option import READING
 from allanite.errors import InputError
 from allanite.plain_files.atomic_file import fresh, make_folder
-from allanite.plain_files.regular_file import regular
 from allanite.quantities.number_words import duration as duration_words
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ class FleetRun:
     ----------
     folder : Path
     path : Path
-        Of the table, a Parquet file.
+        Of the table, a folder of Parquet files.
     done : int
         Logs that were characterized in this run.
     kept : int
@@ -68,16 +67,16 @@ class FleetRun:
     @property
     def table(self) -> pa.Table:
         """The table: one row for each log, channel and coefficient (docs/reference/fleet-table.md)."""
-        import pyarrow.parquet as pq
+        from allanite.stability.fleet.rows import read_table
 
-        return pq.read_table(regular(self.path))
+        return read_table(self.path)
 
     def errors(self, most: int) -> dict[str, str]:
         """Of the first logs that failed: the first line of why."""
-        import pyarrow.parquet as pq
+        from allanite.stability.fleet.rows import read_table
 
         names = self.failed[:most]
-        rows = pq.read_table(regular(self.path), columns=["log", "error"], filters=[("log", "in", names)])
+        rows = read_table(self.path, columns=["log", "error"], filters=[("log", "in", names)])
         errors = dict(zip(rows["log"].to_pylist(), rows["error"].to_pylist(), strict=True))
         return {name: str(errors.get(name)).partition("\n")[0] for name in names}
 

@@ -31,7 +31,6 @@ from allanite.commands.page.captures import Captures, described_instruments
 from allanite.commands.page.catalogue import Catalogue, health_of
 from allanite.commands.page.children import Quick
 from allanite.commands.page.events import Streams
-from allanite.commands.page.fleet_table import FLEET_FILE
 from allanite.commands.page.guard import Guard
 from allanite.commands.page.jobs import Job, Jobs
 from allanite.commands.page.kinds import described_kinds
@@ -44,6 +43,7 @@ from allanite.commands.page.store import SeriesStore
 from allanite.commands.page.uploads import receive
 from allanite.commands.page.work import Work, path_word, planned, with_layout, work_of
 from allanite.errors import AllaniteError
+from allanite.stability.fleet.table_files import TABLE
 
 __all__ = ["Application"]
 
@@ -300,7 +300,7 @@ class Application:
     async def fleet(self, request: Request) -> Response:
         """A coefficient of all logs of a fleet, as an Arrow stream."""
         recording = self.catalogue.recording(request.path_params["id"])
-        if recording.path.name != FLEET_FILE:
+        if recording.path.name != TABLE:
             raise Refused(404, f"{recording.name} is not the table of a fleet")
         stream = self.settings.cache / f"fleet-{secrets.token_hex(8)}.arrow"
         asked = {name: request.query_params.get(name) for name in ("channel", "term")}

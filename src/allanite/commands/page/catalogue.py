@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any
 
 from allanite.commands.page.bounds import is_inside
-from allanite.commands.page.fleet_table import FLEET_FILE
 from allanite.commands.page.options import asked_for
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import RESULTS, Settings
@@ -34,6 +33,7 @@ from allanite.commands.page.sniffing import (
 from allanite.errors import InputError
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.regular_file import open_regular, read_regular_text
+from allanite.stability.fleet.table_files import TABLE
 
 __all__ = ["Catalogue", "Document", "Recorded", "health_of", "utc"]
 
@@ -367,7 +367,7 @@ class Catalogue:
         refused = (self.known(r.identity, "refused") or {}).get("message")
         return {
             "id": r.id, "name": r.name, "format": r.format, "size": r.size, "modified": utc(r.modified),
-            "is_run": r.path.is_dir() and r.format == "run", "is_fleet": r.path.name == FLEET_FILE,
+            "is_run": r.path.is_dir() and r.format == "run", "is_fleet": r.path.name == TABLE,
             "status": _status(r.path) if r.path.is_dir() and r.format == "run" else None,
             "facts": self.known(r.identity, "facts"), "health": health, "documents": documents,
             "refused": refused, "asks": asked_for(refused or ""), "listed": not self.known(r.identity, "removed"),

@@ -14,15 +14,16 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.errors import InputError
 from allanite.quantities.display_units import coefficient_unit
+from allanite.stability.fleet.rows import read_table
+from allanite.stability.fleet.table_files import table_files
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["FLEET_FILE", "fleet_stream"]
+__all__ = ["fleet_stream"]
 
 Json = Mapping[str, Any]
 
-FLEET_FILE = "fleet.parquet"
 _TEXTS = ("log", "unit", "lot", "status")
 _SCALED = ("estimate", "lower", "upper")
 _MOST = 1_000_000  # rows
@@ -64,13 +65,10 @@ def fleet_stream(task: Json) -> Json:
 
 
 def _coefficients(path: str) -> list[tuple[str, str]]:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     try:
-        table = pq.read_table(path, columns=["channel", "term"])
-    except (OSError, pa.ArrowInvalid) as error:
-        raise InputError(f"{Path(path).name}: no table of a fleet ({error})") from None
+        table = read_table(path, columns=["channel", "term"])
+    except InputError:  # which names the whole path
+        raise InputError(f"{Path(path).name}: no table of a fleet that can be read") from None
     distinct = table.group_by(["channel", "term"]).aggregate([]).to_pylist()
     order = {symbol: i for i, symbol in enumerate("QNBKR")}
     pairs = [(r["channel"], r["term"]) for r in distinct if r["channel"] and r["term"] in order]
@@ -85,9 +83,9 @@ def _rows(path: str, channel: str, term: str) -> tuple[pa.Table, str]:
     import pyarrow.compute as pc
     import pyarrow.parquet as pq
 
-    present = pq.read_schema(path).names
+    present = pq.read_schema(table_files(Path(path))[0]).names
     wanted = [*_TEXTS, *_SCALED, "temperature", "date", "kind", "unit_of_measure"]
-    table = pq.read_table(
+    table = read_table(
         path,
         columns=[name for name in wanted if name in present],
         filters=[("channel", "=", channel), ("term", "=", term)],

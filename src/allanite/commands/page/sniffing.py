@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from allanite.plain_files.regular_file import open_regular
+from allanite.stability.fleet.table_files import TABLE
 
 __all__ = ["HEAD", "describes_frames", "document_format", "layout_beside", "recording_format"]
 
@@ -107,6 +108,8 @@ def _first(path: Path, most: int = HEAD) -> bytes:
 def _folder_format(path: Path) -> str | None:
     if (path / "manifest.jsonl").is_file() or (path / "000001.arrows").is_file():
         return "run"
+    if path.name == TABLE and any(path.glob("*.parquet")):
+        return "parquet"
     bags = path.is_dir() and (path / "metadata.yaml").is_file()
     if bags and any(p.suffix in (".db3", ".mcap") for p in path.iterdir()):
         return "rosbag"

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.plain_files.regular_file import regular
 from allanite.stability.fleet.levels import LEVELS
+from allanite.stability.fleet.table_files import table_files
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -22,6 +22,7 @@ __all__ = ["FleetRows", "read_rows", "read_table"]
 
 Array = NDArray[np.float64]
 Texts = NDArray[np.object_]
+Filters = list[tuple[str, str, object]]
 
 _NEEDED = ("log", "unit", "channel", "kind", "term", "profile", "root_at_zero", "unit_of_measure")
 _KNOWN = frozenset(
@@ -77,7 +78,7 @@ def read_rows(source: str | Path | pa.Table) -> FleetRows:
     Parameters
     ----------
     source : path or pyarrow.Table
-        ``fleet.parquet``, the folder that holds it, or the table itself.
+        ``fleet.parquet``, a folder or a file, the folder that holds it, or the table itself.
 
     Raises
     ------
@@ -113,8 +114,18 @@ def read_rows(source: str | Path | pa.Table) -> FleetRows:
     )
 
 
-def read_table(source: str | Path | pa.Table) -> pa.Table:
+def read_table(
+    source: str | Path | pa.Table, columns: Sequence[str] | None = None, filters: Filters | None = None
+) -> pa.Table:
     """The table of a fleet, out of its folder, its file, or as it is.
+
+    Parameters
+    ----------
+    source : path or pyarrow.Table
+    columns : sequence of str, optional
+        Of a table on disk: those to read.
+    filters : list of tuple, optional
+        Of a table on disk: rows to read, as pyarrow takes them.
 
     Raises
     ------
@@ -126,11 +137,11 @@ def read_table(source: str | Path | pa.Table) -> pa.Table:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    path = Path(source)
-    inner = path / "fleet.parquet"
-    path = inner if inner.exists() else path
     try:
-        return pq.read_table(regular(path))
+        files = table_files(Path(source))
+        if not files:
+            raise InputError(f"{source}: no table of a fleet; make one by `allanite fleet run`")
+        return pq.read_table(files, columns=columns, filters=filters)
     except (OSError, pa.ArrowInvalid) as error:
         raise InputError(f"{source}: no table of a fleet ({error})") from None
 
