@@ -7,6 +7,7 @@ from . import (
     allan_speed,
     characterize_speed,
     decimation_loss,
+    filter_speed,
     fleet_table,
     kalman_speed,
     page_speed,
@@ -18,6 +19,7 @@ decimation_loss.main()
 simulation_speed.main()
 allan_speed.main()
 kalman_speed.main()
+filter_speed.main()
 read_speed.main()
 characterize_speed.main(Path())
 page_speed.main()

@@ -21,6 +21,8 @@
 #include "allanite/theo.hpp"
 #include "allanite/whiten.hpp"
 #include "allanite/window_pairs.hpp"
+#include "carried.hpp"
+#include "gain_filter_call.hpp"
 #include "strands_call.hpp"
 
 namespace nb = nanobind;
@@ -367,10 +369,16 @@ auto filter_of_size(Index n) {
     }
 }
 
-constexpr size_t n_sums = 4, n_counts = 6;
+using allanite::n_counts;
+using allanite::n_sums;
 
-allanite::Likelihood<double> likelihood_in(const double* sums, const int64_t* counts) {
-    return {{sums[0], counts[1]}, {sums[3], counts[4]}, sums[1], sums[2], counts[0], counts[3], counts[5]};
+/// Shapes of what is carried from block to block.
+void require_carried(size_t n, const VectorOut& state, const MatrixOut& covariance, const MatrixOut& directions,
+                     const VectorOut& sums, const IntegersOut& counts) {
+    require(state.size() == n && has_shape(covariance, n, n) && has_shape(directions, n, n),
+            "state, covariance, directions: must have shapes (n,), (n, n), (n, n)");
+    require(sums.size() == n_sums && counts.size() == n_counts, "sums, counts: must have shapes (4,) and (6,)");
+    require(0 <= counts(2) && counts(2) <= int64_t(n), "counts: the diffuse rank must be between 0 and n");
 }
 
 void kalman_filter(const Matrix& transition, const Matrix& process, const Cube& output, const Cube& noise,
@@ -381,16 +389,13 @@ void kalman_filter(const Matrix& transition, const Matrix& process, const Cube& 
     const auto [model, rows] = problem(transition, process, output, noise, y, drive);
     const size_t n = size_t(model.states), p = size_t(model.components), count = y.shape(0), g = readout.shape(0);
     require(readout.shape(1) == n, "readout: must have shape (g, n)");
-    require(state.size() == n && has_shape(covariance, n, n) && has_shape(directions, n, n),
-            "state, covariance, directions: must have shapes (n,), (n, n), (n, n)");
-    require(sums.size() == n_sums && counts.size() == n_counts, "sums, counts: must have shapes (4,) and (6,)");
-    require(0 <= counts(2) && counts(2) <= int64_t(n), "counts: the diffuse rank must be between 0 and n");
+    require_carried(n, state, covariance, directions, sums, counts);
     require(is_empty_or(means, count, g) && is_empty_or(sds, count, g), "means, sds: must have shape (0 or rows, g)");
     require(is_empty_or(innovations, count, p) && is_empty_or(variances, count, p),
             "innovations, variances: must have shape (0 or rows, p)");
     Scratch scratch(allanite::filter_scratch(model.states, model.components));
     allanite::FilterState<double> carried{slice(state), slice(covariance), {slice(directions), Index(counts(2))},
-                                          likelihood_in(sums.data(), counts.data())};
+                                          allanite::likelihood_in(sums.data(), counts.data())};
     bool done = false;
     {
         nb::gil_scoped_release unlocked;
@@ -399,31 +404,116 @@ void kalman_filter(const Matrix& transition, const Matrix& process, const Cube& 
         done = filter_of_size(model.states)(model, square_root, rows, carried, out, {}, scratch.slice);
     }
     require(done, "process: not positive semidefinite");
-    const auto& likelihood = carried.likelihood;
-    const double new_sums[n_sums] = {likelihood.variances.mantissa, likelihood.squares, likelihood.remainder,
-                                     likelihood.diffuse_variances.mantissa};
-    const int64_t new_counts[n_counts] = {likelihood.innovations,
-                                          likelihood.variances.exponent,
-                                          int64_t(carried.directions.rank),
-                                          likelihood.diffuse_updates,
-                                          likelihood.diffuse_variances.exponent,
-                                          likelihood.skipped};
-    for (size_t i = 0; i < n_sums; ++i) sums.data()[i] = new_sums[i];
-    for (size_t i = 0; i < n_counts; ++i) counts.data()[i] = new_counts[i];
+    allanite::keep(carried.likelihood, carried.directions.rank, sums.data(), counts.data());
+}
+
+/// A kernel for the machine instructions that this processor has, or the one for all. Both give the same digits.
+#ifdef ALLANITE_WITH_AVX2
+#define ALLANITE_KERNEL(name, portable) \
+    (!(portable) && __builtin_cpu_supports("avx2") ? name##_for_avx2 : name##_for_all)
+#else
+#define ALLANITE_KERNEL(name, portable) ((void)(portable), name##_for_all)
+#endif
+
+void lagged_products(const Vector& x, Index first, const VectorOut& out, bool portable) {
+    require(0 <= first && first <= Index(x.size()), "first: must be between 0 and len(x)");
+    nb::gil_scoped_release unlocked;
+    ALLANITE_KERNEL(lagged_products, portable)(x.data(), ptrdiff_t(x.size()), first, out.data(), ptrdiff_t(out.size()));
+}
+
+/// The constant model and the steps of its covariance, checked.
+GainFilterCall gain_filter_call(const Matrix& transition, const Matrix& process, const Vector& output, double noise,
+                                const Cube& a, const Cube& g, const Cube& h) {
+    const size_t n = output.size();
+    require(has_shape(transition, n, n) && has_shape(process, n, n),
+            "transition, process: must have shape (n, n), n = len(output)");
+    for (const Cube* steps : {&a, &g, &h}) {
+        require(steps->shape(0) == a.shape(0) && steps->shape(1) == n && steps->shape(2) == n && a.shape(0) <= 32,
+                "a, g, h: must have shape (steps, n, n), with 32 steps at most");
+    }
+    GainFilterCall call{};
+    call.states = ptrdiff_t(n);
+    call.steps = ptrdiff_t(a.shape(0));
+    call.noise = noise;
+    call.transition = transition.data();
+    call.process = process.data();
+    call.output = output.data();
+    call.a = a.data();
+    call.g = g.data();
+    call.h = h.data();
+    return call;
+}
+
+void kalman_drift(const Matrix& transition, const Matrix& process, const Vector& output, double noise, const Cube& a,
+                  const Cube& g, const Cube& h, const Vector& y, const Vector& drift, const Matrix& readout,
+                  Index first, Index step, const VectorOut& state, const MatrixOut& covariance,
+                  const MatrixOut& directions, const VectorOut& sums, const IntegersOut& counts,
+                  const VectorOut& drift_mean, const VectorOut& drift_sd, const VectorOut& standardized,
+                  const MatrixOut& means, const MatrixOut& sds, bool square_root, bool portable) {
+    auto call = gain_filter_call(transition, process, output, noise, a, g, h);
+    const size_t n = output.size(), rows = y.size(), readouts = readout.shape(0);
+    require(drift.size() == n && readout.shape(1) == n, "drift, readout: must have shapes (n,) and (g, n)");
+    require(drift_mean.size() == rows && drift_sd.size() == rows && standardized.size() == rows,
+            "drift_mean, drift_sd, standardized: must be as long as y");
+    require(first >= 0 && step > 0, "first, step: first must not be negative, step must be positive");
+    const size_t instants = Index(rows) > first ? size_t((Index(rows) - first - 1) / step + 1) : 0;
+    require(has_shape(means, instants, readouts) && has_shape(sds, instants, readouts),
+            "means, sds: must have one row for each of first, first + step ... below len(y), and g columns");
+    require_carried(n, state, covariance, directions, sums, counts);
+    Scratch scratch(gain_filter_scratch_of(call.states, Index(readouts)));
+    call.rows = ptrdiff_t(rows);
+    call.readouts = ptrdiff_t(readouts);
+    call.first = first;
+    call.step = step;
+    call.instants = ptrdiff_t(instants);
+    call.square_root = square_root;
+    call.y = y.data();
+    call.drift = drift.data();
+    call.readout = readout.data();
+    call.state = state.data();
+    call.covariance = covariance.data();
+    call.directions = directions.data();
+    call.sums = sums.data();
+    call.counts = counts.data();
+    call.drift_mean = drift_mean.data();
+    call.drift_sd = drift_sd.data();
+    call.standardized = standardized.data();
+    call.means = means.data();
+    call.sds = sds.data();
+    call.scratch = scratch.slice.data;
+    bool done = false;
+    {
+        nb::gil_scoped_release unlocked;
+        done = ALLANITE_KERNEL(gain_filter, portable)(call);
+    }
+    require(done, "process: not positive semidefinite");
+}
+
+void kalman_draw(const Matrix& transition, const Matrix& process, const Vector& output, double noise, const Cube& a,
+                 const Cube& g, const Cube& h, const VectorOut& state, const MatrixOut& covariance,
+                 const VectorOut& samples, bool portable) {
+    auto call = gain_filter_call(transition, process, output, noise, a, g, h);
+    const size_t n = output.size();
+    require(state.size() == n && has_shape(covariance, n, n), "state, covariance: must have shapes (n,) and (n, n)");
+    Scratch scratch(gain_filter_scratch_of(call.states, 0));
+    double sums[n_sums] = {1.0, 0.0, 0.0, 1.0};
+    int64_t counts[n_counts] = {};
+    call.rows = ptrdiff_t(samples.size());
+    call.draws = true;
+    call.y = call.made = samples.data();
+    call.state = state.data();
+    call.covariance = covariance.data();
+    call.sums = sums;
+    call.counts = counts;
+    call.scratch = scratch.slice.data;
+    nb::gil_scoped_release unlocked;
+    ALLANITE_KERNEL(gain_filter, portable)(call);
 }
 
 std::pair<double, double> kalman_likelihood(const Vector& sums, const Integers& counts) {
     require(sums.size() == n_sums && counts.size() == n_counts, "sums, counts: must have shapes (4,) and (6,)");
-    const auto likelihood = likelihood_in(sums.data(), counts.data());
+    const auto likelihood = allanite::likelihood_in(sums.data(), counts.data());
     return {allanite::log_likelihood(likelihood), allanite::log_of(likelihood.diffuse_variances)};
-}
-
-/// The strands for the machine instructions that this processor has. All give the same digits.
-auto strands_of_this_processor() {
-#ifdef ALLANITE_WITH_AVX2
-    if (__builtin_cpu_supports("avx2")) return strands_for_avx2;
-#endif
-    return strands_for_all;
 }
 
 bool kalman_strands(const Matrix& transition, const Matrix& process, const std::array<Matrix, 4>& output,
@@ -456,7 +546,7 @@ bool kalman_strands(const Matrix& transition, const Matrix& process, const std::
     call.counters = counters.data();
     call.scratch = scratch.slice.data;
     nb::gil_scoped_release unlocked;
-    return portable ? strands_for_all(call) : strands_of_this_processor()(call);
+    return ALLANITE_KERNEL(strands, portable)(call);
 }
 
 bool kalman_factor(const MatrixOut& covariance) {
@@ -576,6 +666,9 @@ NB_MODULE(_kernels, m) {
           "Sums of squared differences so far and how many there are, per lag. Changes nothing.\n\n"
           "A lag of level k = max(0, floor(log2(lag / positions))) has one start per 2**k samples. Sums and counts of\n"
           "separate pieces of a record, or of several records, simply add.");
+    m.def("lagged_products", &lagged_products, "x"_a.noconvert(), "first"_a, "out"_a.noconvert(), "portable"_a = false,
+          "out[j] = sum of x[i] * x[i - j] over i >= max(first, j), for j = 0 ... len(out) - 1.\n\n"
+          "portable: as in kalman_strands().");
     m.def("markov_noise", &markov_noise, "normals"_a.noconvert(), "phi"_a.noconvert(), "step_sd"_a.noconvert(),
           "weight_now"_a.noconvert(), "weight_next"_a.noconvert(), "state"_a.noconvert(), "out"_a.noconvert(),
           "Add a weighted sum of first-order Markov states to `out`, in place.\n\n"
@@ -611,6 +704,27 @@ NB_MODULE(_kernels, m) {
           "row (NaN and infinite where it is still diffuse); innovations and variances (rows, p), each component\n"
           "given those before it, decorrelated if noise is not diagonal (NaN, NaN if missing or skipped; NaN,\n"
           "infinite in a diffuse update). ValueError if square_root and process is not positive semidefinite.");
+    m.def("kalman_drift", &kalman_drift, "transition"_a.noconvert(), "process"_a.noconvert(), "output"_a.noconvert(),
+          "noise"_a, "a"_a.noconvert(), "g"_a.noconvert(), "h"_a.noconvert(), "y"_a.noconvert(),
+          "drift"_a.noconvert(), "readout"_a.noconvert(), "first"_a, "step"_a, "state"_a.noconvert(),
+          "covariance"_a.noconvert(), "directions"_a.noconvert(), "sums"_a.noconvert(), "counts"_a.noconvert(),
+          "drift_mean"_a.noconvert(), "drift_sd"_a.noconvert(), "standardized"_a.noconvert(), "means"_a.noconvert(),
+          "sds"_a.noconvert(), "square_root"_a, "portable"_a = false,
+          "Filter a block of samples of a constant model: y = h s + v, Var v = noise; s' = F s + w, Cov w = process.\n\n"
+          "a, g, h (steps, n, n): the covariance over 2**j rows, P' = h[j] + a[j].T @ P @ inv(1 + g[j] @ P) @ a[j].\n"
+          "With six steps or more the gain is taken from polynomials between gaps, exact to 1e-10 of itself; without\n"
+          "steps, and in the square-root form, each row has its own covariance.\n"
+          "Carried, in and out: state, covariance, directions, sums and counts as in kalman_filter().\n"
+          "Out, after the update of a row: mean and standard deviation of drift @ s at each row, of readout (g, n) @ s\n"
+          "at the rows first, first + step, ...; standardized: innovation / sqrt(S), NaN where there is none.\n"
+          "ValueError if square_root and process is not positive semidefinite. portable: as in kalman_strands().");
+    m.def("kalman_draw", &kalman_draw, "transition"_a.noconvert(), "process"_a.noconvert(), "output"_a.noconvert(),
+          "noise"_a, "a"_a.noconvert(), "g"_a.noconvert(), "h"_a.noconvert(), "state"_a.noconvert(),
+          "covariance"_a.noconvert(), "samples"_a.noconvert(), "portable"_a = false,
+          "Normal numbers become samples of a constant model, in place: each is the innovation of its sample, over\n"
+          "its standard deviation, so one number a sample is enough whatever the number of states.\n\n"
+          "Model and steps as in kalman_drift(). Carried, in and out: state (n,) and covariance (n, n), the prediction\n"
+          "for the next row.");
     m.def("kalman_likelihood", &kalman_likelihood, "sums"_a.noconvert(), "counts"_a.noconvert(),
           "Log-likelihood of the proper innovations, -ln(2 pi)/2 each included, and the sum of ln F_inf of the\n"
           "diffuse updates (which means something once the diffuse rank is 0), from the sums and counts of\n"

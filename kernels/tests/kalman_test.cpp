@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "allanite/gain_filter.hpp"
+#include "allanite/lagged.hpp"
 #include "allanite/smoother.hpp"
 #include "allanite/strands.hpp"
 #include "allanite/whiten.hpp"
@@ -445,6 +447,81 @@ void whitening() {
     }
 }
 
+/// One Markov state: the Riccati recursion over 2^j rows is one of numbers.
+struct MarkovCase {
+    static constexpr Index rows = 3000, levels = 8;
+    Reals<double> transition{0.98}, process{0.02}, output{1.0}, noise{0.5}, a, g, h, y;
+    Reals<double> drift_row{1.0}, readout{1.0, 2.0};
+
+    MarkovCase() : y(rows) {
+        double one_a = 0.98, one_g = 2.0, one_h = 0.02;
+        for (Index j = 0; j < levels; ++j) {
+            a.push_back(one_a);
+            g.push_back(one_g);
+            h.push_back(one_h);
+            const double w = 1.0 / (1.0 + one_g * one_h), square = one_a * one_a * w;
+            one_g += square * g.back();
+            one_h += square * h.back();
+            one_a = square;
+        }
+        Numbers numbers;
+        for (double& sample : y) sample = numbers.next();
+        y[1000] = y[1001] = nan<double>;
+    }
+};
+
+struct DriftResult {
+    Reals<double> drift, sd, standardized, means, sds, x{0.0}, p{0.5}, directions{0.0};
+    Likelihood<double> likelihood;
+};
+
+template <int N>
+DriftResult drift_of(const MarkovCase& c, Index levels) {
+    constexpr Index rows = MarkovCase::rows, step = 70, instants = (rows - 5 - 1) / step + 1;
+    DriftResult r;
+    for (auto* row : {&r.drift, &r.sd, &r.standardized}) row->assign(rows, 0.0);
+    for (auto* some : {&r.means, &r.sds}) some->assign(2 * instants, 0.0);
+    const Model<double> model{1, 1, whole(c.transition), whole(c.process), whole(c.output), whole(c.noise), 0, 0};
+    const RiccatiSteps steps{levels, whole(c.a), whole(c.g), whole(c.h)};
+    FilterState<double> state{whole(r.x), whole(r.p), {whole(r.directions), 0}, {}};
+    Reals<double> scratch(gain_filter_scratch(1, 2));
+    const DriftOutput out{whole(r.drift), whole(r.sd), whole(r.standardized), 5, step, whole(r.means), whole(r.sds)};
+    const bool done = gain_filter<N, false>(model, false, steps, whole(c.y), {nullptr, 0}, whole(c.drift_row),
+                                            whole(c.readout), state, out, whole(scratch));
+    check(done, "gain from polynomials: done");
+    r.likelihood = state.likelihood;
+    return r;
+}
+
+template <int N>
+void gain_from_polynomials() {
+    const MarkovCase c;
+    const auto exact = drift_of<N>(c, 0), fast = drift_of<N>(c, MarkovCase::levels);
+    check(near(fast.drift, exact.drift, 1e-10) && near(fast.sd, exact.sd, 1e-10), "gain from polynomials: drift");
+    check(near(fast.means, exact.means, 1e-10) && near(fast.sds, exact.sds, 1e-10), "gain from polynomials: readouts");
+    check(near(fast.standardized, exact.standardized, 1e-10), "gain from polynomials: innovations");
+    check(near(fast.x, exact.x, 1e-10) && near(fast.p, exact.p, 1e-10), "gain from polynomials: state");
+    check(near(log_likelihood(fast.likelihood), log_likelihood(exact.likelihood), 1e-11),
+          "gain from polynomials: likelihood");
+    Reals<double> drawn = exact.standardized, x{0.0}, p{0.5}, none{0.0}, scratch(gain_filter_scratch(1, 0));
+    drawn[1000] = drawn[1001] = 0.0;
+    const Model<double> model{1, 1, whole(c.transition), whole(c.process), whole(c.output), whole(c.noise), 0, 0};
+    FilterState<double> state{whole(x), whole(p), {whole(none), 0}, {}};
+    gain_filter<N, true>(model, false, {MarkovCase::levels, whole(c.a), whole(c.g), whole(c.h)}, fixed(whole(drawn)),
+                         whole(drawn), {nullptr, 0}, {nullptr, 0}, state, {}, whole(scratch));
+    drawn.resize(1000);
+    check(near(drawn, Reals<double>(c.y.begin(), c.y.begin() + 1000), 1e-10), "innovations give back their samples");
+}
+
+void products_of_a_series() {
+    const MarkovCase c;
+    Reals<double> out(21);
+    lagged_products({c.y.data(), 1000}, 990, whole(out));
+    double sum = 0.0;
+    for (size_t i = 990; i < 1000; ++i) sum += c.y[i] * c.y[i - 20];
+    check(near(out[20], sum, 1e-13), "lagged products");
+}
+
 }  // namespace
 
 int main() {
@@ -468,6 +545,9 @@ int main() {
     products_of_many();
     refused_factors();
     whitening();
+    gain_from_polynomials<1>();
+    gain_from_polynomials<any_size>();
+    products_of_a_series();
     std::printf("%d passed, %d failed\n", passed, failed);
     return failed == 0 ? 0 : 1;
 }

@@ -121,6 +121,13 @@ def online_allan_read(numbers: Annotated[NDArray[numpy.float64], dict(shape=(Non
     separate pieces of a record, or of several records, simply add.
     """
 
+def lagged_products(x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], first: int, out: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], portable: bool = False) -> None:
+    """
+    out[j] = sum of x[i] * x[i - j] over i >= max(first, j), for j = 0 ... len(out) - 1.
+
+    portable: as in kalman_strands().
+    """
+
 def markov_noise(normals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], phi: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], step_sd: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], weight_now: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], weight_next: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], out: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')]) -> None:
     """
     Add a weighted sum of first-order Markov states to `out`, in place.
@@ -159,6 +166,28 @@ def kalman_filter(transition: Annotated[NDArray[numpy.float64], dict(shape=(None
     row (NaN and infinite where it is still diffuse); innovations and variances (rows, p), each component
     given those before it, decorrelated if noise is not diagonal (NaN, NaN if missing or skipped; NaN,
     infinite in a diffuse update). ValueError if square_root and process is not positive semidefinite.
+    """
+
+def kalman_drift(transition: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], process: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], output: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], noise: float, a: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], g: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], h: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], y: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], drift: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], readout: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], first: int, step: int, state: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], covariance: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], sums: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], counts: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu')], drift_mean: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], drift_sd: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], standardized: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], means: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], sds: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], square_root: bool, portable: bool = False) -> None:
+    """
+    Filter a block of samples of a constant model: y = h s + v, Var v = noise; s' = F s + w, Cov w = process.
+
+    a, g, h (steps, n, n): the covariance over 2**j rows, P' = h[j] + a[j].T @ P @ inv(1 + g[j] @ P) @ a[j].
+    With six steps or more the gain is taken from polynomials between gaps, exact to 1e-10 of itself; without
+    steps, and in the square-root form, each row has its own covariance.
+    Carried, in and out: state, covariance, directions, sums and counts as in kalman_filter().
+    Out, after the update of a row: mean and standard deviation of drift @ s at each row, of readout (g, n) @ s
+    at the rows first, first + step, ...; standardized: innovation / sqrt(S), NaN where there is none.
+    ValueError if square_root and process is not positive semidefinite. portable: as in kalman_strands().
+    """
+
+def kalman_draw(transition: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], process: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], output: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], noise: float, a: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], g: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], h: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], covariance: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], samples: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], portable: bool = False) -> None:
+    """
+    Normal numbers become samples of a constant model, in place: each is the innovation of its sample, over
+    its standard deviation, so one number a sample is enough whatever the number of states.
+
+    Model and steps as in kalman_drift(). Carried, in and out: state (n,) and covariance (n, n), the prediction
+    for the next row.
     """
 
 def kalman_likelihood(sums: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], counts: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> tuple[float, float]:

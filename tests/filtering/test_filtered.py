@@ -206,7 +206,10 @@ def test_result_is_a_recording_again() -> None:
 
 @pytest.mark.parametrize("smooth", [False, True])
 def test_memory_is_bounded(smooth: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Long series go to a file, and nothing else grows with the record: 2^16 samples are 0.5 MiB a series."""
+    """Long series go to a file, and nothing else grows with the record: 2^16 samples are 0.5 MiB a series.
+
+    Where the gain comes from polynomials, the cuts into blocks leave a trace of rounding.
+    """
     source = record(duration=(1 << 16) / 8)
     kept = filter_recording(source, GYRO, smooth=smooth)
     monkeypatch.setattr("allanite.filtering.kalman.series.IN_MEMORY", 0)
@@ -220,7 +223,9 @@ def test_memory_is_bounded(smooth: bool, monkeypatch: pytest.MonkeyPatch) -> Non
     assert peak < 2 << 20
     assert isinstance(result.corrected, np.memmap)
     assert result.corrected == pytest.approx(kept.corrected, rel=1e-12)
-    assert result.to_json()["corrected"] == kept.to_json()["corrected"]
+    pictures = [r.result.corrected for r in (result, kept)]
+    for name in ("t", "low", "high"):
+        assert np.allclose(*(getattr(p, name) for p in pictures), rtol=1e-12, atol=0)
     assert shown == sorted(shown)
     assert shown[-1] == 1.0
 

@@ -66,7 +66,8 @@ class SampleSource:
         name, integrated = self.channel.name, self.channel.kind.integrated
         block = self.recording.raw(name, start, stop + integrated)
         with np.errstate(invalid="ignore"):
-            block = np.where(np.abs(block) < OVERLOAD, block, np.nan)
+            if not (block.size and -OVERLOAD < block.min() and block.max() < OVERLOAD):  # NaN is neither
+                block = np.where(np.abs(block) < OVERLOAD, block, np.nan)
         if integrated:
             return np.diff(block) * (self.channel.scale * self.recording.rate)
         return block * self.channel.scale

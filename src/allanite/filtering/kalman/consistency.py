@@ -28,6 +28,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite import _kernels
 from allanite.errors import InputError
 from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
 from allanite.quantities.result import Result
@@ -182,22 +183,26 @@ class ConsistencySums:
 
     def feed(self, innovations: Array, variances: Array) -> None:
         """Take in the next rows; NaN where there is no innovation."""
-        lags = len(self._products)
         with np.errstate(invalid="ignore", divide="ignore"):
             z = innovations / np.sqrt(variances)
-        joined = np.concatenate([self._last, z])
-        present = np.isfinite(joined)
-        values, new = np.where(present, joined, 0.0), len(self._last)
-        whole = bool(present.all())
-        self._squares += _dot(values[new:], values[new:])
-        self._count += int(np.count_nonzero(present[new:]))
+        self.feed_standardized(z, whole=bool(np.isfinite(z).all()))
+
+    def feed_standardized(self, z: Array, *, whole: bool) -> None:
+        """Take in e/sqrt(S) of the next rows; `whole`: none is missing."""
+        joined, new, lags = np.concatenate([self._last, z]), len(self._last), len(self._products)
+        whole = whole and bool(np.isfinite(self._last).all())
+        present = np.ones(0, dtype=np.bool_) if whole else np.isfinite(joined)
+        sums = np.empty(lags + 1)
+        _kernels.lagged_products(joined if whole else np.where(present, joined, 0.0), new, sums)
+        self._squares += float(sums[0])
+        self._products += sums[1:]
+        self._count += len(z) if whole else int(np.count_nonzero(present[new:]))
         for j in range(1, lags + 1):
             first = max(new, j)  # the later sample of a pair is new
             later, earlier = slice(first, None), slice(first - j, max(len(joined) - j, 0))
-            self._products[j - 1] += _dot(values[later], values[earlier])
             pairs = len(joined) - first if whole else np.count_nonzero(present[later] & present[earlier])
             self._pairs[j - 1] += max(pairs, 0)
-        self._last = joined[-lags:]
+        self._last = joined[-lags:].copy()
 
     def result(self, confidence: float = 0.95) -> Consistency:
         """What the rows so far say.
@@ -236,11 +241,6 @@ class ConsistencySums:
             lag=lag,
             cause=cause,
         )
-
-
-def _dot(a: Array, b: Array) -> float:
-    """Inner product of one thread: a library that shares so short a sum among threads waits for them instead."""
-    return float(np.einsum("i,i->", a, b))
 
 
 def _untested(confidence: float, lags: int) -> Consistency:

@@ -215,6 +215,10 @@ def filter_recording(
     Notes
     -----
     Memory is bounded: a week at 32 Hz takes some tens of megabytes, and a temporary file.
+
+    From 8192 samples on, the covariance form takes the gain and the standard deviations from polynomials in time where
+    no sample is missing. Estimates are within 1e-9 standard deviations of those of the filter row by row, and standard
+    deviations within 1e-9 of themselves. Flicker needs one state for each decade of its band at the default `ratio`.
     """
     facts, given = chosen(recording, model, channel)
     if flicker == "sum":  # else the family is the caller's choice
@@ -246,7 +250,10 @@ class _FilterPass:
         form: Form,
         progress: Progress | None,
     ) -> None:
-        self.filter = FilterRun(states.space, readout=states.readout, form=form)
+        self._drift = states.drift
+        self.filter = FilterRun(
+            states.space, readout=states.readout if smooth else states.readout[1:], form=form
+        )
         self.tests = ConsistencySums()
         self.smooth = smooth
         self._source, self._progress = source, progress or (lambda _: None)
@@ -256,26 +263,34 @@ class _FilterPass:
         self.values, self.sds = (np.empty((points, len(states.terms))) for _ in range(2))
         self._series = {name: BlockSeries(source.rows) for name in ("corrected", "drift", "drift_sd")}
         self.series: dict[str, Array] = {}
-        self._sums = np.zeros(
-            3
-        )  # of the measured and of the corrected samples less `_origin`, and their number
+        self._sums = np.zeros(3)  # of the samples less `_first_value`, of the drift in them, and their number
         self._first_value = math.nan
 
     def run(self) -> None:
         """Filter, and smooth if that is wanted."""
         rows, size, checkpoints = self._source.rows, self._size, []
+        memory = np.empty((3, 0 if self.smooth else min(size, rows)))
         for start in range(0, rows, size):
             block = self._source.read(start, min(start + size, rows))
             if self.smooth:
                 checkpoints.append(self.filter.checkpoint())
-            errors, variances, means, sds = self.filter.feed(block, readout=not self.smooth)
-            self.tests.feed(errors, np.where(np.isinf(variances), np.nan, variances))
-            if not self.smooth:
-                self._take(start, block, means, sds)
+                errors, variances, _, _ = self.filter.feed(block, readout=False)
+                self.tests.feed(errors, np.where(np.isinf(variances), np.nan, variances))
+            else:
+                self._forward(start, block, memory)
             self._progress((start + len(block)) / rows * (0.4 if self.smooth else 1.0))
         if self.smooth:
             self._back(checkpoints)
         self.series = {name: one.finish() for name, one in self._series.items()}
+
+    def _forward(self, start: int, block: Array, memory: Array) -> None:
+        number, first = self._next_instant(start)
+        of = self.filter.feed_drift(
+            block, self._drift, first=first, step=self._step, rows=self._source.rows, memory=memory
+        )
+        self.tests.feed_standardized(of.standardized, whole=of.whole)
+        self._keep_terms(number, of.means, of.sds)
+        self._keep(start, block, of.mean, of.sd, whole=of.whole)
 
     def _back(self, checkpoints: list[Any]) -> None:
         rows, size = self._source.rows, self._size
@@ -284,29 +299,37 @@ class _FilterPass:
             return self._source.read(index * size, min((index + 1) * size, rows)), {}
 
         for index, means, sds in smoothed_blocks(self.filter, checkpoints, again):
-            self._take(index * size, again(index)[0], means, sds)
+            number, first = self._next_instant(index * size)
+            self._keep_terms(number, means[first :: self._step, 1:], sds[first :: self._step, 1:])
+            self._keep(index * size, again(index)[0], means[:, 0], sds[:, 0], whole=False)
             self._progress(1 - 0.6 * index * size / rows)
 
-    def _take(self, start: int, block: Array, means: Array, sds: Array) -> None:
-        """Keep what is wanted of a block: column 0 of the readout is the drift, the others are the terms."""
-        corrected = block - means[:, 0]
+    def _next_instant(self, start: int) -> tuple[int, int]:
+        """Number of the next instant from row `start` on, and how many rows after it that is."""
+        number = max(-(-(start - self._first) // self._step), 0)
+        return number, self._first + number * self._step - start
+
+    def _keep_terms(self, number: int, means: Array, sds: Array) -> None:
+        self.values[number : number + len(means)] = means
+        self.sds[number : number + len(sds)] = sds
+
+    def _keep(self, start: int, block: Array, drift: Array, sd: Array, *, whole: bool) -> None:
+        """Keep the series of a block, and the sums for its plain means; `whole`: no sample is missing."""
+        corrected = block - drift
+        origin = self._source.origin
         for name, values in (
-            ("corrected", corrected + self._source.origin),
-            ("drift", means[:, 0]),
-            ("drift_sd", sds[:, 0]),
+            ("corrected", corrected + origin if origin else corrected),
+            ("drift", drift),
+            ("drift_sd", sd),
         ):
             self._series[name].put(start, values)
-        behind = max(-(-(start - self._first) // self._step), 0)  # instants before this block
-        rows = slice(self._first + behind * self._step - start, None, self._step)
-        chosen_rows = means[rows, 1:]
-        self.values[behind : behind + len(chosen_rows)] = chosen_rows
-        self.sds[behind : behind + len(chosen_rows)] = sds[rows, 1:]
-        present = np.isfinite(corrected)
-        if present.any():
+        if not whole:
+            present = np.isfinite(corrected)
+            block, drift = block[present], drift[present]
+        if len(block):
             if math.isnan(self._first_value):
-                self._first_value = float(block[present][0])
-            both = np.stack([block[present], corrected[present]]) - self._first_value
-            self._sums += [*both.sum(axis=1), np.count_nonzero(present)]
+                self._first_value = float(block[0])
+            self._sums += [(block - self._first_value).sum(), drift.sum(), len(block)]
 
     @property
     def skipped(self) -> int:
@@ -333,8 +356,9 @@ class _FilterPass:
         """Plain means of the measured and of the corrected samples."""
         if not self._sums[2]:
             return math.nan, math.nan
-        measured, corrected = self._source.origin + self._first_value + self._sums[:2] / self._sums[2]
-        return float(measured), float(corrected)
+        above, drift = self._sums[:2] / self._sums[2]
+        base = self._source.origin + self._first_value
+        return float(base + above), float(base + (above - drift))
 
 
 def _result(

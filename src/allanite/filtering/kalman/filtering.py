@@ -25,11 +25,12 @@ from allanite import _kernels
 from allanite.errors import InputError
 from allanite.filtering.kalman.checks import checked_matrix, checked_row, checked_space
 from allanite.filtering.kalman.sides import Rowwise, Sides
+from allanite.filtering.kalman.steady import riccati_steps
 from allanite.filtering.kalman.strands import MOST_STATES, Strand, joined, product, run_strands
 from allanite.noise import StateSpace
 from allanite.recording.records import BLOCK
 
-__all__ = ["Checkpoint", "FilterResult", "FilterRun", "Form", "log_likelihood", "run_filter"]
+__all__ = ["Checkpoint", "DriftRows", "FilterResult", "FilterRun", "Form", "log_likelihood", "run_filter"]
 
 Array = NDArray[np.float64]
 Form = Literal["covariance", "square root"]
@@ -40,6 +41,11 @@ FORMS = ("covariance", "square root")
 LONG = 1 << 18
 #: The part of a long record that is filtered row by row before: it gives the strands their guesses.
 FIRST_PART = 128
+#: Rows from which on polynomials of the gain gain more than they cost, and steps of the covariance for them: those over
+#: 1, 2, 4 ... 2^13 rows, of which eight make a segment of 2^16.
+SEGMENTS_FROM, STEPS = 1 << 13, 14
+#: Models with more states are filtered row by row.
+MOST_SEGMENT_STATES = 48
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -99,6 +105,30 @@ class Checkpoint:
     rank: int
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriftRows:
+    """What one readout is at each row of a block, and others are at some.
+
+    Attributes
+    ----------
+    mean, sd : ndarray, shape (rows,)
+        Of the readout, after the update of the row; NaN and infinity where it is not known yet.
+    standardized : ndarray, shape (rows,)
+        Innovation over its standard deviation; NaN where there is none.
+    means, sds : ndarray, shape (instants, g)
+        Of the other readouts.
+    whole : bool
+        Each row has an innovation.
+    """
+
+    mean: Array
+    sd: Array
+    standardized: Array
+    means: Array
+    sds: Array
+    whole: bool
+
+
 class FilterRun:
     """A filter under way: feed it blocks; the cuts between them leave no trace.
 
@@ -141,6 +171,7 @@ class FilterRun:
         self._directions[:rank] = np.eye(n)[self.space.diffuse]
         self._sums = np.array([1.0, 0.0, 0.0, 1.0])
         self._counts = np.array([0, 0, rank, 0, 0, 0], dtype=np.int64)
+        self._steps: tuple[Array, Array, Array] | None = None
 
     @property
     def square_root(self) -> bool:
@@ -189,6 +220,56 @@ class FilterRun:
             self.square_root,
         )
         return errors[:, 0], variances[:, 0], means, sds
+
+    def feed_drift(
+        self, y: Array, drift: Array, *, first: int, step: int, rows: int, memory: Array | None = None
+    ) -> DriftRows:
+        """Filter the next rows, with the state-space model's constant output and noise.
+
+        In a long record, and the covariance form, the gain comes from polynomials in time between gaps: estimates and
+        their standard deviations are within 1e-9 standard deviations of those of the filter row by row.
+
+        Parameters
+        ----------
+        y : ndarray, shape (rows,)
+        drift : ndarray, shape (n,)
+            The readout of each row; `readout` is taken at the rows `first`, `first` + `step`, ...
+        rows : int
+            Length of the record.
+        memory : ndarray, shape (3, at least len(y)), optional
+            Where the results of each row go.
+        """
+        space, count, size = self.space, self.count, len(y)
+        if self._steps is None:
+            uses = rows >= SEGMENTS_FROM and not self.square_root and space.noise > 0
+            self._steps = riccati_steps(space, STEPS if uses else 0)
+        mean, sd, standardized = (np.empty((3, size)) if memory is None else memory)[:, :size]
+        means, sds = (np.empty((len(range(first, size, step)), len(self.readout))) for _ in range(2))
+        _kernels.kalman_drift(
+            space.transition,
+            space.process,
+            space.output,
+            space.noise,
+            *self._steps,
+            y,
+            drift,
+            self.readout,
+            first,
+            step,
+            self._state,
+            self._covariance,
+            self._directions,
+            self._sums,
+            self._counts,
+            mean,
+            sd,
+            standardized,
+            means,
+            sds,
+            self.square_root,
+        )
+        whole = self.count - count == size
+        return DriftRows(mean=mean, sd=sd, standardized=standardized, means=means, sds=sds, whole=whole)
 
     def join(self, strand: Strand) -> bool:
         """Go on by a strand that begins at the next row; False, and nothing done, where digits would be lost."""

@@ -20,7 +20,9 @@ References
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
@@ -71,6 +73,15 @@ class SteadyState:
         }
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RiccatiStep:
+    """A, G and H of 2^k samples: the covariance P of a prediction becomes H + A' P (I + G P)^-1 A."""
+
+    transfer: Array
+    information: Array
+    settling: Array
+
+
 def steady_state(space: StateSpace) -> SteadyState:
     """The gain and the covariance that the filter of a model settles at.
 
@@ -111,6 +122,37 @@ def steady_state(space: StateSpace) -> SteadyState:
     for array in (gain, covariance, predicted):
         array.flags.writeable = False
     return SteadyState(gain=gain, covariance=covariance, predicted=predicted, innovation_variance=variance)
+
+
+def doublings(transition: Array, process: Array, output: Array, noise: float) -> Iterator[RiccatiStep]:
+    """The Riccati recursion over 1, 2, 4, ... samples, without end."""
+    a, g, h = transition.T.copy(), np.outer(output, output) / noise, process.copy()
+    one = np.eye(len(a))
+    with np.errstate(over="ignore", invalid="ignore"):
+        while True:
+            yield RiccatiStep(transfer=a, information=g, settling=h)
+            w = np.linalg.solve(one + g @ h, a)  # W A
+            step = a.T @ h @ w
+            g = g + a @ np.linalg.solve(one + g @ h, g) @ a.T
+            a = a @ w
+            h = h + (step + step.T) / 2
+            g = (g + g.T) / 2
+
+
+def riccati_steps(space: StateSpace, count: int) -> tuple[Array, Array, Array]:
+    """A, G and H of 1, 2, 4, ... samples, each of shape (steps, n, n): so many, or as many as are finite."""
+    steps: list[RiccatiStep] = []
+    try:
+        for step in islice(doublings(space.transition, space.process, space.output, space.noise), count):
+            if not all(np.isfinite(x).all() for x in (step.transfer, step.information, step.settling)):
+                break
+            steps.append(step)
+    except np.linalg.LinAlgError:  # rounding has made I + G H singular
+        pass
+    shape = (len(steps), space.size, space.size)
+    parts = ([getattr(s, name) for s in steps] for name in ("transfer", "information", "settling"))
+    a, g, h = (np.array(part, dtype=np.float64).reshape(shape) for part in parts)
+    return a, g, h
 
 
 def merged(space: StateSpace) -> StateSpace:
@@ -168,18 +210,10 @@ def _driven(space: StateSpace) -> NDArray[np.bool_]:
 
 
 def _doubled(transition: Array, process: Array, output: Array, noise: float) -> Array:
-    a, g, h = transition.T.copy(), np.outer(output, output) / noise, process.copy()
-    one = np.eye(len(a))
-    with np.errstate(over="ignore", invalid="ignore"):
-        for _ in range(_STEPS):
-            w = np.linalg.solve(one + g @ h, a)  # W A
-            step = a.T @ h @ w
-            g = g + a @ np.linalg.solve(one + g @ h, g) @ a.T
-            a = a @ w
-            h, before = h + (step + step.T) / 2, h
-            g = (g + g.T) / 2
-            if not np.isfinite(h).all():
-                break
-            if np.all(np.abs(h - before) <= 1e-15 * np.sqrt(np.outer(np.diag(h), np.diag(h)))):
-                return h
+    for before, step in pairwise(islice(doublings(transition, process, output, noise), _STEPS)):
+        h = step.settling
+        if not np.isfinite(h).all():
+            break
+        if np.all(np.abs(h - before.settling) <= 1e-15 * np.sqrt(np.outer(np.diag(h), np.diag(h)))):
+            return h
     raise FitError(_ENDLESS)

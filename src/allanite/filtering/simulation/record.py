@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.errors import InputError
+from allanite.filtering.kalman.filtering import MOST_SEGMENT_STATES, STEPS
+from allanite.filtering.kalman.steady import riccati_steps
 from allanite.filtering.simulation.motion import Motion
 from allanite.filtering.simulation.signal import PerChannel, Signal, SimulatedEffects, Temperature
 from allanite.noise import NoiseModel, Ramp, Sinusoid
@@ -43,6 +45,9 @@ Progress = Callable[[float], None]
 
 #: Normal numbers made at once: 1 MiB stays in the second-level cache. Results do not depend on it.
 NORMALS = 1 << 17
+#: Samples and states (flicker has more) from which on noise is drawn through its innovations: less than a fifth of the
+#: time. Shorter records keep the samples that their seeds have always had.
+LONG, MANY_STATES = 1 << 20, 5
 #: Keys of the random streams of the motion and of the thermometer, far from those of the channels (0, 1, ...).
 MOTION_STREAM, THERMOMETER_STREAM = 1 << 30, 1 << 29
 #: What a bench multimeter writes for an overload.
@@ -133,7 +138,9 @@ def simulate(
     -----
     A random walk starts at zero, a ramp is R t, Gauss-Markov states start stationary. Streams are those of NumPy's
     SFC64; NumPy may change its normal generator between versions. The motion draws from a stream of its own: the
-    noise of a seed is the same with and without it.
+    noise of a seed is the same with and without it. A record of 2^20 samples or more with flicker is drawn through its
+    innovations, one normal number a sample, from the same distribution; its samples are other ones than those that the
+    states would give, and depend in their last digits on the linear algebra of NumPy.
 
     Examples
     --------
@@ -306,25 +313,80 @@ def _known(term: Ramp | Sinusoid, dt: float, sampling: Sampling) -> Callable[[Ar
 # -- samples ----------------------------------------------------------------------------------------------
 
 
+class _StateNoise:
+    """The process from its states: one normal number a sample for each, and one for the white noise."""
+
+    def __init__(self, form: MarkovForm, stream: np.random.SeedSequence) -> None:
+        self._white, self._driving = (np.random.Generator(np.random.SFC64(s)) for s in stream.spawn(2))
+        self._sd = math.sqrt(form.white)
+        self._phi, self._step, start, self._now, self._later = _columns(form.states)
+        self._state = np.asarray(start * self._driving.standard_normal(len(start)), dtype=np.float64)
+        self.rows = max(NORMALS // (len(form.states) + 1), 1)
+        self._normals = np.empty((self.rows, len(form.states)))
+
+    def fill(self, block: Array) -> None:
+        """The next samples, in place of zeros."""
+        if self._sd > 0:
+            self._white.standard_normal(out=block)
+            block *= self._sd
+        if self._normals.shape[1]:
+            drawn = self._normals[: len(block)]
+            self._driving.standard_normal(out=drawn)
+            _kernels.markov_noise(drawn, self._phi, self._step, self._now, self._later, self._state, block)
+
+
+class _InnovationNoise:
+    """The same process from its innovations: one normal number a sample, whatever the number of states.
+
+    A sample is what the filter of the process predicts from those before it, and an innovation of the variance that the
+    filter states for it [1].
+
+    References
+    ----------
+    .. [1] J. Durbin, S. J. Koopman, "Time Series Analysis by State Space Methods", 2nd ed., 2012, section 4.4.5.
+    """
+
+    rows = 1 << 16
+
+    def __init__(self, form: MarkovForm, stream: np.random.SeedSequence) -> None:
+        self._normals = np.random.Generator(np.random.SFC64(stream.spawn(1)[0]))
+        self._space = form.state_space()
+        self._steps = riccati_steps(self._space, STEPS)
+        self._state, self._covariance = np.zeros(self._space.size), self._space.initial.copy()
+
+    def fill(self, block: Array) -> None:
+        """The next samples."""
+        self._normals.standard_normal(out=block)
+        space = self._space
+        _kernels.kalman_draw(
+            space.transition,
+            space.process,
+            space.output,
+            space.noise,
+            *self._steps,
+            self._state,
+            self._covariance,
+            block,
+        )
+
+
+def _source(
+    form: MarkovForm, n_samples: int, stream: np.random.SeedSequence
+) -> _StateNoise | _InnovationNoise:
+    many = MANY_STATES <= len(form.states) < MOST_SEGMENT_STATES
+    by_innovations = many and n_samples >= LONG and form.white > 0
+    return (_InnovationNoise if by_innovations else _StateNoise)(form, stream)
+
+
 def _samples(
     process: MarkovProcess, n_samples: int, stream: np.random.SeedSequence, advance: Callable[[int], None]
 ) -> Array:
     """Draw the process, block by block: the streams run on through the blocks, which therefore leave no trace."""
-    white, driving = (np.random.Generator(np.random.SFC64(s)) for s in stream.spawn(2))
-    phi, step, start, now, later = _columns(process.form.states)
-    state = np.asarray(start * driving.standard_normal(len(start)), dtype=np.float64)
-    rows = max(NORMALS // (len(process.form.states) + 1), 1)
-    normals = np.empty((rows, len(process.form.states)))
+    source = _source(process.form, n_samples, stream)
     out = np.zeros(n_samples)
-    for first in range(0, n_samples, rows):
-        block = out[first : first + rows]
-        if process.form.white > 0:
-            white.standard_normal(out=block)
-            block *= math.sqrt(process.form.white)
-        if process.form.states:
-            drawn = normals[: len(block)]
-            driving.standard_normal(out=drawn)
-            _kernels.markov_noise(drawn, phi, step, now, later, state, block)
+    for first in range(0, n_samples, source.rows):
+        block = out[first : first + source.rows]
+        source.fill(block)
         if process.known:
             t: Array = np.arange(first, first + len(block), dtype=np.float64)
             t *= process.dt
