@@ -305,6 +305,19 @@ def test_the_unit_that_stands_out_is_named_and_the_document_comes_back():
     assert FleetPopulation.from_json(result.to_json()).to_json() == result.to_json()
 
 
+def test_logs_in_which_the_unit_was_turned_are_left_out_and_named():
+    rows = table(np.random.default_rng(8), outlier=3)
+    turned = np.array(rows["log"].to_pylist()) == rows["log"][3].as_py()
+    codes = pa.array([["gravity", "motion"] if t else ["gravity"] for t in turned])
+    population = describe_fleet(rows.append_column("findings", codes))
+    assert population.turned == (rows["log"][3].as_py(),)
+    assert population.units == describe_fleet(rows).units - 1
+    assert not population.standing_out
+    assert FleetPopulation.from_json(population.to_json()).turned == population.turned
+    with pytest.raises(InputError, match="60 logs of a unit that was turned left out"):
+        describe_fleet(rows.append_column("findings", pa.array([["motion"]] * 60)))
+
+
 def test_an_effect_of_temperature_has_its_interval_and_the_middle_its_reference():
     result = describe_fleet(table(np.random.default_rng(6), 200, temperature=0.02))
     (c,) = result.coefficients
@@ -343,6 +356,22 @@ def test_three_units_bound_nothing_and_say_so():
     (c,) = describe_fleet(table(np.random.default_rng(12), 3), conditions=()).coefficients
     assert c.next_unit[1] > 1.5 * c.middle.value
     assert c.tolerance[1] > c.next_unit[1]
+
+
+def test_a_coefficient_whose_spread_nothing_bounds_is_left_out():
+    rows = table(np.random.default_rng(12), 12)
+    knots = np.vstack([straight([-9.0, -2.2, -7.0], [0.2, 0.3, 0.2])[0], of_squares(np.zeros(2))[0] - 12.0])
+    few = table(np.random.default_rng(12), 5, lots=5, symbol="K")
+    few = few.set_column(
+        few.column_names.index("profile"),
+        "profile",
+        pa.FixedSizeListArray.from_arrays(pa.array(knots.astype(np.float32).ravel()), 9),
+    )
+    floor = pa.array(np.array([-np.inf, -3.4, -np.inf, 0.0, 0.0], dtype=np.float32))
+    few = few.set_column(few.column_names.index("root_at_zero"), "root_at_zero", floor)
+    population = describe_fleet(pa.concat_tables([rows, few], promote_options="permissive"))
+    assert [c.symbol for c in population.coefficients] == ["N"]
+    assert population.left_out == ("K of gx",)
 
 
 def test_refusals():

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 __all__ = ["duration", "interval", "number", "probability", "upper_limit", "with_parentheses", "with_sd"]
 
 
+_WIDE = 30.0
+
+
 def number(value: float | None, digits: int = 3) -> str:
     """A number to so many significant digits; an exponent only where zeros would hide the digits.
 
@@ -34,9 +37,13 @@ def upper_limit(value: float) -> str:
 def interval(value: float, lower: float | None, upper: float | None) -> tuple[str, str, str]:
     """A value and the ends of its interval, all to the same decimal: the second digit of the half width.
 
-    >>> interval(0.30012, 0.2994, 0.3009)
-    ('0.30012', '0.29940', '0.30090')
+    Over a factor of 30 and more, each has two digits of its own: the decimal of the upper end leaves 0 of the lower.
+
+    >>> interval(0.30012, 0.2994, 0.3009), interval(0.002, 3.1e-6, 0.81)
+    (('0.30012', '0.29940', '0.30090'), ('0.0020', '3.1e-06', '0.81'))
     """
+    if lower and upper and math.isfinite(upper) and 0 < _WIDE * lower < upper and value > 0:
+        return number(value, 2), number(lower, 2), number(upper, 2)
     ends = [e for e in (lower, upper) if e is not None and math.isfinite(e)]
     size = max((abs(v) for v in (value, *ends)), default=0.0)
     width = max((abs(e - value) for e in ends), default=0.0)

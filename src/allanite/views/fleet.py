@@ -18,7 +18,7 @@ from allanite.stability.fleet.results import (
     LotRatio,
     StandingOut,
 )
-from allanite.stability.fleet.words import counted
+from allanite.stability.fleet.words import by_channel, counted, named
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Cell, Page, PageBlock, References, Text, pairs, table
 from allanite.views.result_page import pictures, result_page, verdict_banner
@@ -90,6 +90,7 @@ def view(document: ResultDocument[FleetPopulation]) -> Page:
         facts=[
             ("Logs", str(result.logs)),
             ("Failed", str(result.failed) if result.failed else ""),
+            ("Turned, left out", str(len(result.turned)) if result.turned else ""),
             ("Units", str(result.units)),
             ("Channels", ", ".join(dict.fromkeys(c.channel for c in result.coefficients))),
         ],
@@ -127,7 +128,7 @@ def _verdict(result: FleetPopulation) -> Iterator[PageBlock]:
         caption="Standard deviations, relative to the coefficient.",
     )
     if result.left_out:
-        yield Text(f"Too few units resolve {', '.join(result.left_out)}; these are left out.", brief=True)
+        yield Text(f"Too few units resolve {by_channel(result.left_out)}; these are left out.", brief=True)
 
 
 def _outlying(s: StandingOut) -> tuple[str, ...]:
@@ -304,6 +305,7 @@ def _method(result: FleetPopulation) -> list[PageBlock]:
             f"{100 * (1 - result.coefficients[0].content):.4g} % of units above a limit" if limited else "",
         ),
         ("Logs that failed", counted(result.failed, "log") if result.failed else ""),
+        ("Unit turned, left out", named(result.turned)),
     ]
     texts = [
         Text(_METHOD),

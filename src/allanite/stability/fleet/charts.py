@@ -37,7 +37,7 @@ from allanite.stability.fleet.control_rules import (
 )
 from allanite.stability.fleet.population import describe_fleet
 from allanite.stability.fleet.results import CoefficientPopulation
-from allanite.stability.fleet.rows import FleetRows, read_rows, read_table
+from allanite.stability.fleet.rows import FleetRows, at_rest, read_rows, read_table
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -192,7 +192,7 @@ def control_chart(
     """
     if rules not in RULES:
         raise InputError(f"no rules {rules!r}; there are: {', '.join(RULES)}")
-    ordered, by_date = _ordered(read_table(table), channel, term)
+    ordered, by_date = _ordered(at_rest(read_table(table))[0], channel, term)
     rows = read_rows(ordered)
     dates = rows.conditions["date"] if by_date else np.full(len(rows), np.nan)
     first = len(rows) if phase_two is None else _first(dates, phase_two, by_date=by_date)

@@ -31,6 +31,7 @@ from allanite.stability.fleet.results import (
 )
 from allanite.stability.fleet.rows import FleetRows, read_rows
 from allanite.stability.fleet.standing_out import RESOLVED, Departures, departures, discoveries, simes
+from allanite.stability.fleet.words import counted
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -101,8 +102,9 @@ def describe_fleet(
 ) -> FleetPopulation:
     """What is the population of a fleet, and which units stand out?
 
-    Every log takes part with its profile, an upper limit included. Per coefficient the logarithm follows a hierarchy of
-    lots, units and repeats, with effects of the conditions; tails are normal unless the units reject that.
+    Every log takes part with its profile, an upper limit included, but for those in which the unit was turned. Per
+    coefficient the logarithm follows a hierarchy of lots, units and repeats, with effects of the conditions; tails are
+    normal unless the units reject that.
 
     Parameters
     ----------
@@ -157,9 +159,17 @@ def describe_fleet(
             left_out.append(f"{symbol} of {channel}")
             continue
         posterior = posterior_of(coefficient.design)
+        if not posterior.bounded:
+            left_out.append(f"{symbol} of {channel}")
+            continue
         every.append((coefficient, posterior, departures(coefficient.design, posterior)))
     if not every:
-        raise InputError(f"no coefficient is resolved by {_FEWEST} units or more; a fleet needs as many")
+        turned = (
+            f" ({counted(len(rows.turned), 'log')} of a unit that was turned left out)" if rows.turned else ""
+        )
+        raise InputError(
+            f"no coefficient is resolved by {_FEWEST} units or more; a fleet needs as many{turned}"
+        )
     units = _UnitTable([c for c, _, _ in every])
     correlations, tested = correlated_pairs(
         [(c.channel, c.symbol) for c, _, _ in every],
@@ -182,6 +192,7 @@ def describe_fleet(
         pairs=tested,
         drifts=drifts,
         repeated=repeated,
+        turned=rows.turned,
     )
 
 

@@ -45,6 +45,7 @@ _FIRST_SHARE = -3.0  # logit
 _FLAT, _STEEP = 0.05, 1e4  # curvature of the logarithm along any direction
 _OCTAVES = 4  # down to where a scale adds 1/256 of the variance it has at the mode
 _LOG_RANGE = (-9.0, 6.0)
+_NEAR_END, _BEYOND = 1.0, 0.025
 _SHARE_RANGE = (-9.0, 1.0)
 
 
@@ -84,6 +85,12 @@ class Posterior:
     mode: ScaleEvidence
     resolved: frozenset[str]
     tails: float
+
+    @property
+    def bounded(self) -> bool:
+        """The units bound their own spread from above; two lots never bound theirs."""
+        largest = np.log([s.unit for s in self.scales])
+        return bool(self.weight[largest > _LOG_RANGE[1] - _NEAR_END].sum() < _BEYOND)
 
 
 def posterior_of(design: Design, progress: Callable[[float], None] | None = None) -> Posterior:

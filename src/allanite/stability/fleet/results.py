@@ -277,7 +277,7 @@ class FleetPopulation(Result):
     coefficients : tuple of CoefficientPopulation
         By channel and symbol.
     left_out : tuple of str
-        Coefficients that fewer than three units resolve.
+        Coefficients that fewer than three units resolve, or whose spread the units do not bound.
     standing_out : tuple of StandingOut
         The farthest unit first.
     false_discovery_rate : float
@@ -293,6 +293,8 @@ class FleetPopulation(Result):
         Units that change over their repeats, at `false_discovery_rate`, the surest first.
     repeated : int
         Coefficients of units that two logs or more resolve, 30 days or more apart.
+    turned : tuple of str
+        Logs in which the unit was turned (finding `motion`); no part of the population.
     """
 
     FORMAT: ClassVar[str] = "allanite-fleet"
@@ -310,6 +312,7 @@ class FleetPopulation(Result):
     pairs: int = 0
     drifts: tuple[UnitDrift, ...] = ()
     repeated: int = 0
+    turned: tuple[str, ...] = ()
 
     @property
     def verdict(self) -> FleetVerdict:

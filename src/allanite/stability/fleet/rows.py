@@ -18,7 +18,7 @@ from allanite.stability.fleet.table_files import table_files
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["FleetRows", "read_rows", "read_table"]
+__all__ = ["FleetRows", "at_rest", "read_rows", "read_table"]
 
 Array = NDArray[np.float64]
 Texts = NDArray[np.object_]
@@ -30,6 +30,7 @@ _KNOWN = frozenset(
     | {"confidence", "p", "findings", "rate", "span", "samples", "error", "version", "seconds"}
 )
 _YEAR = 365.25
+_TURNED = "motion"  # of the findings
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +49,8 @@ class FleetRows:
         "temperature" [degC], "date" [years], and every numeric column of the user; NaN where a log has none.
     logs, failed : int
         Logs of the table, and those that could not be studied.
+    turned : tuple of str
+        Logs in which the unit was turned; their rows are not here, for they describe the turn.
     """
 
     log: Texts
@@ -62,6 +65,7 @@ class FleetRows:
     conditions: Mapping[str, Array]
     logs: int
     failed: int
+    turned: tuple[str, ...]
 
     def __len__(self) -> int:
         return len(self.log)
@@ -94,6 +98,7 @@ def read_rows(source: str | Path | pa.Table) -> FleetRows:
     logs = pc.count_distinct(table["log"]).as_py()
     failed = pc.count_distinct(table.filter(pc.is_null(table["channel"]))["log"]).as_py()
     kept = table.filter(pc.and_(pc.is_valid(table["profile"]), pc.is_valid(table["term"]))).combine_chunks()
+    kept, turned = at_rest(kept)
     texts = {
         name: _texts(kept[name]) for name in ("log", "unit", "channel", "kind", "term", "unit_of_measure")
     }
@@ -111,7 +116,23 @@ def read_rows(source: str | Path | pa.Table) -> FleetRows:
         conditions=_conditions(kept),
         logs=logs,
         failed=failed,
+        turned=turned,
     )
+
+
+def at_rest(table: pa.Table) -> tuple[pa.Table, tuple[str, ...]]:
+    """The rows without those of logs in which the unit was turned, and the names of these logs."""
+    import pyarrow.compute as pc
+
+    if "findings" not in table.column_names:
+        return table, ()
+    codes = table["findings"].combine_chunks()
+    moving = pc.list_parent_indices(codes).filter(pc.equal(pc.list_flatten(codes), _TURNED))
+    if len(moving) == 0:
+        return table, ()
+    names = pc.unique(table["log"].take(moving))
+    at_rest = table.filter(pc.invert(pc.is_in(table["log"], names)))
+    return at_rest.combine_chunks(), tuple(sorted(names.to_pylist()))
 
 
 def read_table(

@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-__all__ = ["capability_sentence", "counted", "none_sentence", "stand_out_sentence"]
+__all__ = ["by_channel", "capability_sentence", "counted", "named", "none_sentence", "stand_out_sentence"]
 
 _MOST = 5  # units that a sentence names
 
@@ -19,14 +19,37 @@ def counted(n: int, what: str) -> str:
     return f"{n} {what}" if n == 1 else f"{n} {what}s"
 
 
+def named(names: Sequence[str]) -> str:
+    """The first of several names.
+
+    >>> named(["a", "b"]), named(list("abcdefg"))
+    ('a, b', 'a, b, c, d, e, …')
+    """
+    return ", ".join(names[:_MOST]) + (", …" if len(names) > _MOST else "")
+
+
+def by_channel(coefficients: Iterable[str]) -> str:
+    """Coefficients, each channel named once.
+
+    >>> by_channel(["Q of gx", "B of gx", "N of gy"])
+    'Q, B of gx and N of gy'
+    """
+    symbols: dict[str, list[str]] = {}
+    for coefficient in coefficients:
+        symbol, channel = coefficient.split(" of ", 1)
+        symbols.setdefault(channel, []).append(symbol)
+    each = [f"{', '.join(of_channel)} of {channel}" for channel, of_channel in symbols.items()]
+    return " and ".join(("; ".join(each[:-1]), each[-1])) if len(each) > 1 else "".join(each)
+
+
 def stand_out_sentence(units: Sequence[str], of: int, rate: float) -> str:
     """Which units, and how many of them may be there by chance.
 
     >>> stand_out_sentence(["sn7", "sn12"], 300, 0.05)
     'sn7, sn12: 2 of 300 units; about 5 % of such units are false alarms'
     """
-    names = ", ".join(units[:_MOST]) + (", …" if len(units) > _MOST else "")
-    return f"{names}: {len(units)} of {counted(of, 'unit')}; about {100 * rate:g} % of such units are false alarms"
+    share = f"{len(units)} of {counted(of, 'unit')}"
+    return f"{named(units)}: {share}; about {100 * rate:g} % of such units are false alarms"
 
 
 def none_sentence(units: int, coefficients: int, rate: float) -> str:
@@ -49,7 +72,7 @@ def capability_sentence(verdict: str, names: Sequence[str], allowed: float, conf
     >>> capability_sentence("cannot tell", ["N of x"], 0.01, 0.95)
     'N of x: the 95 % interval of the share of units above the limit includes 1 %'
     """
-    listed = ", ".join(names[:_MOST]) + (", …" if len(names) > _MOST else "")
+    listed = named(names)
     share, sure = f"{100 * allowed:.4g} %", f"{100 * confidence:.4g} %"
     if verdict == "cannot tell":
         return f"{listed}: the {sure} interval of the share of units above the limit includes {share}"
