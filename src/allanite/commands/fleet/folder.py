@@ -263,9 +263,12 @@ def _read(place: Path, columns: list[str] | None = None) -> pa.Table:
 
 
 def _rows_of(place: Path) -> Iterator[dict[str, Any]]:
+    import pyarrow.parquet as pq
+
     if place.exists():
-        for batch in _read(place).to_batches(max_chunksize=_AT_ONCE):
-            yield from batch.to_pylist()
+        with pq.ParquetFile(place) as file:
+            for batch in file.iter_batches(_AT_ONCE):
+                yield from batch.to_pylist()
 
 
 def _states(logs: Mapping[str, LogState]) -> pa.Table:

@@ -28,7 +28,7 @@ __all__ = ["FleetTable", "LabelSource"]
 
 _LOGS = 500  # of a file, about
 _MOST = 256  # files
-_ROWS = 20_000  # that are spilled in one go
+_ROWS = 40_000  # that are spilled in one go
 _KEY = b"allanite-labels"
 _RESULTS = tuple(c for c in COLUMNS if c.name not in LABELS)
 _NAMES = [c.name for c in _RESULTS]
@@ -200,14 +200,15 @@ class _Spill:
         of_rows = of_logs[coded.indices.to_numpy()]
         order = np.argsort(of_rows, kind="stable")
         ends = np.searchsorted(of_rows[order], np.arange(self._count + 1))
+        rows = rows.take(pa.array(order))
         for i in np.flatnonzero(np.diff(ends)).tolist():
-            self._file(i).write_table(rows.take(pa.array(order[ends[i] : ends[i + 1]])))
+            self._file(i).write_table(rows.slice(ends[i], ends[i + 1] - ends[i]))
 
     def _file(self, i: int) -> Any:
         import pyarrow as pa
 
         if i not in self._files:
-            options = pa.ipc.IpcWriteOptions(compression="zstd")
+            options = pa.ipc.IpcWriteOptions(compression="lz4")
             schema = arrow_table([], _RESULTS).schema
             self._files[i] = self._open.enter_context(
                 pa.ipc.new_stream(self._place(i), schema, options=options)
