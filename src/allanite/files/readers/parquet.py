@@ -91,7 +91,8 @@ def _open_parquet(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], Decod
     from allanite.files.store.compaction import parquet_place
 
     # Channels are read by several threads, but one reader serves one of them at a time: two at once can block for ever.
-    file = pq.ParquetFile(parquet_place(path), memory_map=True, pre_buffer=False)
+    # Not mapped into memory: pages of the file would stay in the process beside the numbers decoded from them.
+    file = pq.ParquetFile(parquet_place(path), pre_buffer=False)
     _refuse_wide(path, len(file.schema), file.metadata.num_row_groups)
     one_at_a_time = threading.Lock()
     lengths = [file.metadata.row_group(g).num_rows for g in range(file.metadata.num_row_groups)]
