@@ -133,6 +133,7 @@ def test_records_of_few_values_are_looked_through_whatever_their_size() -> None:
     """Mostly one value, or values at the ends of the range of float64: no scale that is divided by may be 0."""
     rng = np.random.default_rng(1)
     ends = [0.0, -1.0, 32767.0, 1e300, 1e-300, 5e-324, -999.0, np.nan, 1 / 3]
+    looked_through = 0
     for _ in range(400):
         n = int(rng.integers(1, 120))
         few = rng.choice(rng.choice(ends, int(rng.integers(1, 4))), n)
@@ -141,3 +142,5 @@ def test_records_of_few_values_are_looked_through_whatever_their_size() -> None:
         values = np.where(rng.random(n) < rng.choice([0.0, 0.05, 0.3, 0.6]), noise, few)
         with suppress(AllaniteError):
             check(Recording.from_rate(values, rate=100.0, unit="LSB"))
+            looked_through += 1
+    assert looked_through > 300
