@@ -152,17 +152,21 @@ std::pair<double, double> biweight_sums(const Vector& phase, Index lag, const Ru
 }
 
 allanite::CurveFit curve_fit(const Vector& variance, const Matrix& columns, const Vector& here, const Matrix& whiten,
-                             const Vector& centre) {
+                             const Integers& starts, const Vector& centre) {
     const size_t lags = variance.size();
     require(columns.shape(0) == lags && columns.shape(1) == here.size(), "columns: a row per lag, one per coefficient");
-    require(whiten.shape(0) == lags && whiten.shape(1) == lags && centre.size() == lags,
-            "whiten, centre: of as many lags as variance");
-    return {slice(variance), slice(whiten), slice(centre), Index(here.size())};
+    require(whiten.shape(0) == lags && starts.size() == lags && centre.size() == lags,
+            "whiten, starts, centre: of as many lags as variance");
+    for (size_t i = 0; i < lags; ++i) {
+        require(0 <= starts(i) && starts(i) <= int64_t(i) && int64_t(i) - starts(i) < int64_t(whiten.shape(1)),
+                "starts: a row of whiten must reach to the diagonal");
+    }
+    return {slice(variance), slice(whiten), slice(starts), slice(centre), Index(here.size())};
 }
 
 NewVector curve_step(const Vector& variance, const Matrix& columns, const Vector& here, const Vector& means,
-                     const Matrix& whiten, const Vector& centre) {
-    auto fit = curve_fit(variance, columns, here, whiten, centre);
+                     const Matrix& whiten, const Integers& starts, const Vector& centre) {
+    auto fit = curve_fit(variance, columns, here, whiten, starts, centre);
     require(means.size() == variance.size(), "means: must be as long as variance");
     auto [step, out] = new_array<NewVector>({here.size()});
     fit.step(slice(columns), slice(here), slice(means), out);
@@ -170,8 +174,8 @@ NewVector curve_step(const Vector& variance, const Matrix& columns, const Vector
 }
 
 NewVector curve_minimum(const Vector& variance, const Matrix& columns, const Vector& rest, const Vector& here,
-                        const Matrix& whiten, const Vector& centre, int steps, double settled) {
-    auto fit = curve_fit(variance, columns, here, whiten, centre);
+                        const Matrix& whiten, const Integers& starts, const Vector& centre, int steps, double settled) {
+    auto fit = curve_fit(variance, columns, here, whiten, starts, centre);
     require(rest.size() == variance.size(), "rest: must be as long as variance");
     auto [minimum, out] = new_array<NewVector>({here.size()});
     for (Index j = 0; j < out.size; ++j) out[j] = here.data()[j];
@@ -623,13 +627,15 @@ NB_MODULE(_kernels, m) {
           "Sums of psi(u) and u psi'(u), psi(u) = u (1 - u/cut)**4 below the cut and 0 above, over the second\n"
           "differences d of `runs`, u = d**2 / scale.");
     m.def("curve_step", &curve_step, "variance"_a.noconvert(), "columns"_a.noconvert(), "here"_a.noconvert(),
-          "means"_a.noconvert(), "whiten"_a.noconvert(), "centre"_a.noconvert(),
+          "means"_a.noconvert(), "whiten"_a.noconvert(), "starts"_a.noconvert(), "centre"_a.noconvert(),
           "Newton step of the moment fit from the coefficients `here` (p,), whose means are `means` (n_lags,), to the\n"
           "non-negative minimum of the quadratic part of r'r + 2/3 sum(log(means)), with\n"
           "r = whiten @ (cbrt(variance / means) - centre); columns (n_lags, p): change of the means. Gauss-Newton\n"
-          "where that is not convex, zeros where nothing shows a way. whiten (n_lags, n_lags): lower triangular.");
+          "where that is not convex, zeros where nothing shows a way. whiten (n_lags, width): row i holds the columns from\n"
+          "starts[i] to i of a lower triangular matrix; starts (n_lags,) are zeros for one record.");
     m.def("curve_minimum", &curve_minimum, "variance"_a.noconvert(), "columns"_a.noconvert(), "rest"_a.noconvert(),
-          "here"_a.noconvert(), "whiten"_a.noconvert(), "centre"_a.noconvert(), "steps"_a, "settled"_a,
+          "here"_a.noconvert(), "whiten"_a.noconvert(), "starts"_a.noconvert(), "centre"_a.noconvert(), "steps"_a,
+          "settled"_a,
           "Coefficients, none negative, at which means = rest + columns @ x minimise what curve_step() is of: at most\n"
           "`steps` steps from `here`, each halved until it does not climb, until one gains less than `settled`.");
     m.def("window_pairs", &window_pairs, "lengths"_a.noconvert(), "offsets"_a.noconvert(), "distance"_a.noconvert(),

@@ -142,10 +142,12 @@ void curve_fit(Chance& chance, Index odd) {
         return drawn;
     };
     const Reals v = numbers(lags), w = numbers(lags * lags), c = numbers(lags), columns = numbers(lags * p);
+    Integers starts;  // of one record, or of several below one another
+    for (Index i = 0; i < lags; ++i) starts.push_back(i == 0 || chance.below(4) == 0 ? i : starts.back());
     const Reals rest = numbers(lags), mu = numbers(lags);
     Reals here = numbers(p), step(static_cast<size_t>(p));
     for (double& x : here) x = x > 0.0 ? x : 0.0;
-    CurveFit fit(fixed(v), fixed(w), fixed(c), p);
+    CurveFit fit(fixed(v), fixed(w), fixed(starts), fixed(c), p);
     fit.step(fixed(columns), fixed(here), fixed(mu), whole(step));
     fit.minimise(fixed(columns), fixed(rest), whole(here), 30, 1e-5);
     for (double x : here) require(!(x < 0.0), "curve fit: no coefficient is negative");

@@ -193,10 +193,11 @@ void markov_states() {
 void curve_of_two_lags() {
     const Reals columns{1.0, 1.0 / 3.0, 0.5, 2.0 / 3.0}, whiten{1e3, 0.0, 0.0, 1e3}, centre{1.0, 1.0}, rest{0.0, 0.0};
     const Reals both{1.0 + 0.1 / 3.0, 0.5 + 0.2 / 3.0}, steep{1.0, 0.4};
+    const Integers starts{0, 0};
     Reals here{0.5, 0.5}, zero{0.5, 0.5};
-    CurveFit(fixed(both), fixed(whiten), fixed(centre), 2).minimise(fixed(columns), fixed(rest), whole(here), 60, 1e-14);
+    CurveFit(fixed(both), fixed(whiten), fixed(starts), fixed(centre), 2).minimise(fixed(columns), fixed(rest), whole(here), 60, 1e-14);
     check(here[0] > 0.9 && here[0] < 1.1 && here[1] > 0.05 && here[1] < 0.15, "curve fit: both terms");
-    CurveFit(fixed(steep), fixed(whiten), fixed(centre), 2).minimise(fixed(columns), fixed(rest), whole(zero), 60, 1e-14);
+    CurveFit(fixed(steep), fixed(whiten), fixed(starts), fixed(centre), 2).minimise(fixed(columns), fixed(rest), whole(zero), 60, 1e-14);
     check(zero[0] > 0.8 && zero[1] == 0.0, "curve fit: no negative walk");
 }
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 from scipy.optimize import minimize, nnls
 
 from allanite._kernels import curve_minimum, curve_step
@@ -25,6 +26,11 @@ class Problem:
     x: Array
     whiten: Array
     centre: Array
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """All lags are of one record."""
+        return np.zeros(len(self.v), dtype=np.int64)
 
     def objective(self, x: Array) -> float:
         mu = self.A @ x
@@ -87,7 +93,7 @@ def test_a_step_is_that_of_numpy(far: float) -> None:
     for seed in SEEDS:
         p = drawn(seed)
         x = p.x * 10.0 ** np.random.default_rng(seed).uniform(-far, far, len(p.x))
-        step = curve_step(p.v, p.A, x, p.A @ x, p.whiten, p.centre)
+        step = curve_step(p.v, p.A, x, p.A @ x, p.whiten, p.starts, p.centre)
         expected = twin(p, x)
         mean = p.A @ np.abs(expected) + p.A @ x
         np.testing.assert_allclose(p.A @ step / mean, p.A @ expected / mean, atol=2e-6, err_msg=str(seed))
@@ -97,7 +103,9 @@ def test_a_minimum_has_no_way_down() -> None:
     """Kuhn and Tucker: no slope along what is positive, none downhill along what is zero; SciPy finds none lower."""
     for seed in SEEDS:
         p = drawn(seed)
-        x = curve_minimum(p.v, p.A, np.zeros(len(p.v)), p.x, p.whiten, p.centre, steps=60, settled=1e-12)
+        x = curve_minimum(
+            p.v, p.A, np.zeros(len(p.v)), p.x, p.whiten, p.starts, p.centre, steps=60, settled=1e-12
+        )
         size = 1 / np.maximum((p.A / (p.A @ x)[:, None]).max(axis=0), 1e-300)  # of a coefficient that matters
         slope = p.gradient(x) * size
         assert x.min() >= 0
@@ -117,18 +125,46 @@ def test_what_is_held_counts_and_the_start_does_not() -> None:
         rest = p.A[:, 0] * p.x[0]
         A = np.ascontiguousarray(p.A[:, 1:])
         starts = (p.x[1:], p.x[1:] * 3, p.x[1:] / 5)
-        found = [curve_minimum(p.v, A, rest, s, p.whiten, p.centre, steps=60, settled=1e-12) for s in starts]
+        found = [
+            curve_minimum(p.v, A, rest, s, p.whiten, p.starts, p.centre, steps=60, settled=1e-12)
+            for s in starts
+        ]
         values = [p.objective(np.r_[p.x[0], x]) for x in found]
         assert np.ptp(values) < 1e-5, seed
 
 
+def test_records_below_one_another_are_blocks_of_one_triangle() -> None:
+    """Of three records, of different length, the triangles alone give every digit of the whole matrix."""
+    parts = [drawn(seed, zeros=False) for seed in (3, 5, 8)]
+    p = min((q.A.shape[1] for q in parts), default=0)
+    A = np.concatenate([np.ascontiguousarray(q.A[:, :p]) for q in parts])
+    v, centre = (np.concatenate([getattr(q, name) for q in parts]) for name in ("v", "centre"))
+    whole, sizes = block_diag(*(q.whiten for q in parts)), np.array([len(q.v) for q in parts])
+    rows = np.concatenate([np.pad(q.whiten, ((0, 0), (0, sizes.max() - len(q.v)))) for q in parts])
+    starts = np.repeat(np.cumsum(sizes) - sizes, sizes)
+    x, rest, nowhere = parts[0].x[:p] + 0.1, np.zeros(len(v)), np.zeros(len(v), dtype=np.int64)
+    np.testing.assert_array_equal(
+        curve_step(v, A, x, A @ x, rows, starts, centre), curve_step(v, A, x, A @ x, whole, nowhere, centre)
+    )
+    minima = [
+        curve_minimum(v, A, rest, x, w, s, centre, steps=60, settled=1e-12)
+        for w, s in ((rows, starts), (whole, nowhere))
+    ]
+    np.testing.assert_array_equal(*minima)
+
+
 def test_shapes_that_do_not_fit_are_refused() -> None:
     p = drawn(1)
+    for starts in (p.starts - 1, p.starts + 1, p.starts[1:]):
+        with pytest.raises(ValueError, match="starts"):
+            curve_step(p.v, p.A, p.x, p.A @ p.x, p.whiten, starts, p.centre)
+    with pytest.raises(ValueError, match="starts"):
+        curve_step(p.v, p.A, p.x, p.A @ p.x, np.ascontiguousarray(p.whiten[:, :-1]), p.starts, p.centre)
     with pytest.raises(ValueError, match="columns: a row per lag"):
-        curve_step(p.v, p.A, p.x[1:], p.A @ p.x, p.whiten, p.centre)
-    with pytest.raises(ValueError, match="whiten, centre"):
-        curve_step(p.v, p.A, p.x, p.A @ p.x, p.whiten, p.centre[1:])
+        curve_step(p.v, p.A, p.x[1:], p.A @ p.x, p.whiten, p.starts, p.centre)
+    with pytest.raises(ValueError, match="whiten, starts, centre"):
+        curve_step(p.v, p.A, p.x, p.A @ p.x, p.whiten, p.starts, p.centre[1:])
     with pytest.raises(ValueError, match="means: must be as long"):
-        curve_step(p.v, p.A, p.x, (p.A @ p.x)[1:], p.whiten, p.centre)
+        curve_step(p.v, p.A, p.x, (p.A @ p.x)[1:], p.whiten, p.starts, p.centre)
     with pytest.raises(ValueError, match="rest: must be as long"):
-        curve_minimum(p.v, p.A, p.v[1:], p.x, p.whiten, p.centre, steps=3, settled=1e-5)
+        curve_minimum(p.v, p.A, p.v[1:], p.x, p.whiten, p.starts, p.centre, steps=3, settled=1e-5)

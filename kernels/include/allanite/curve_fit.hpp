@@ -5,6 +5,8 @@
 // roots and r = W ((v/mu)^(1/3) - centre), the objective is r'r + (2/3) sum ln mu. Each step goes to the non-negative
 // minimum of its quadratic part, found by the active sets of Lawson and Hanson ("Solving Least Squares Problems", 1974,
 // chapter 23) on the normal equations, which are scaled to a unit diagonal.
+//
+// Curves of independent records stand one below the other: W is then a row of triangles, and only these are kept.
 #ifndef ALLANITE_CURVE_FIT_HPP
 #define ALLANITE_CURVE_FIT_HPP
 
@@ -20,10 +22,13 @@ namespace allanite {
 /// Variances, what they are compared by, and the memory that a step needs; for p coefficients at L lags.
 class CurveFit {
 public:
-    /// @param variance (L)         @param whiten (L * L) lower triangular, row by row
+    /// @param variance (L)         @param whiten (L * width) lower triangles, row by row
+    /// @param starts   (L) column of W in which a row begins: that of the first lag of its record
     /// @param centre   (L) means of the cube roots         @param coefficients p
-    CurveFit(Slice<const double> variance, Slice<const double> whiten, Slice<const double> centre, Index coefficients)
-        : v(variance), w(whiten), c(centre), lags(variance.size), p(coefficients), root(length(lags)),
+    CurveFit(Slice<const double> variance, Slice<const double> whiten, Slice<const int64_t> starts,
+             Slice<const double> centre, Index coefficients)
+        : v(variance), w(whiten), begin(starts), c(centre), lags(variance.size),
+          width(lags > 0 ? whiten.size / lags : 0), p(coefficients), root(length(lags)),
           residual(length(lags)), pull(length(lags)), slope(length(lags * p)), rooted(length(lags * p)),
           H(length(p * p)), L(length(p * p)), sub(length(p * p)), scale(length(p)), target(length(p)), y(length(p)),
           x(length(p)), trial(length(p)), active(length(p)) {}
@@ -43,10 +48,11 @@ public:
     /// @param columns (L * p) row by row    @param here (p)    @param mu (L) means there    @param step (p) is written
     void step(Slice<const double> columns, Slice<const double> here, Slice<const double> mu, Slice<double> out) {
         whitened(mu);
+        std::fill(pull.begin(), pull.end(), 0.0);
+        for (Index k = 0; k < lags; ++k)
+            for (Index i = Index(begin[k]); i <= k; ++i) pull[at(i)] += whitener(k, i) * residual[at(k)];
         for (Index i = 0; i < lags; ++i) {
-            double sum = 0.0;
-            for (Index k = i; k < lags; ++k) sum += w[k * lags + i] * residual[at(k)];
-            pull[at(i)] = 2.0 / 3.0 * root[at(i)] * sum;
+            pull[at(i)] *= 2.0 / 3.0 * root[at(i)];
             for (Index j = 0; j < p; ++j) slope[at(i * p + j)] = columns[i * p + j] / mu[i];
         }
         squares(0.0);
@@ -108,6 +114,8 @@ public:
 private:
     using Numbers = std::vector<double>;
 
+    double whitener(Index row, Index column) const { return w[row * width + column - Index(begin[row])]; }
+
     static size_t length(Index n) { return static_cast<size_t>(n); }
     static size_t at(Index i) { return static_cast<size_t>(i); }
     static Slice<double> view(Numbers& numbers) { return {numbers.data(), static_cast<Index>(numbers.size())}; }
@@ -125,7 +133,7 @@ private:
         for (Index i = 0; i < lags; ++i) root[at(i)] = cbrt(v[i] / mu[i]);
         for (Index i = 0; i < lags; ++i) {
             double sum = 0.0;
-            for (Index k = 0; k <= i; ++k) sum += w[i * lags + k] * (root[at(k)] - c[k]);
+            for (Index k = Index(begin[i]); k <= i; ++k) sum += whitener(i, k) * (root[at(k)] - c[k]);
             residual[at(i)] = sum;
         }
     }
@@ -135,8 +143,8 @@ private:
         for (Index i = 0; i < lags; ++i) {
             for (Index j = 0; j < p; ++j) {
                 double sum = 0.0;
-                for (Index k = 0; k <= i; ++k)
-                    sum += w[i * lags + k] * std::max(root[at(k)], floor) * slope[at(k * p + j)];
+                for (Index k = Index(begin[i]); k <= i; ++k)
+                    sum += whitener(i, k) * std::max(root[at(k)], floor) * slope[at(k * p + j)];
                 rooted[at(i * p + j)] = sum;
             }
         }
@@ -250,8 +258,10 @@ private:
         return positive;
     }
 
-    Slice<const double> v, w, c;
-    Index lags, p;
+    Slice<const double> v, w;
+    Slice<const int64_t> begin;
+    Slice<const double> c;
+    Index lags, width, p;
     Numbers root, residual, pull, slope, rooted, H, L, sub, scale, target, y, x, trial;
     std::vector<char> active;
 };

@@ -129,12 +129,15 @@ class CurveDesign:
     lags : ndarray of int64, shape (n_lags,)
     n_samples : int
     sampling : "mean" or "point"
+    kind : tuple or None
+        Equal for designs that are equal in all; None where samples are missing.
     """
 
     lags: NDArray[np.int64]
     n_samples: int
     sampling: str
     pairs: LagPairs
+    kind: tuple[object, ...] | None = None
     _columns: dict[str, Array] = field(default_factory=dict)
     _nodes: dict[int, Array] = field(default_factory=dict)
     _around: dict[int, Array] = field(default_factory=dict)  # four nodes, by the first of them
@@ -192,6 +195,18 @@ class CurveDesign:
                 total += ramp * a * self._slope(s)
         return total
 
+    def relative_covariances(
+        self, symbols: Sequence[str], c: Array, times: Times, mean: Array
+    ) -> list[Array]:
+        """Covariance over the products of the means, a block for each independent record; here there is one.
+
+        Parameters
+        ----------
+        mean : ndarray, shape (n_lags,)
+            That of these coefficients.
+        """
+        return [self.covariance(symbols, c, times) / (mean[:, None] * mean)]
+
     def expect_power_laws(self, slopes: Sequence[float]) -> None:
         """Compute what the covariances of several power laws need, in one pass: they share their logarithms."""
         new = [slope for slope in slopes if power_law_symbol(slope) not in self._cross]
@@ -248,6 +263,7 @@ def without_shortest(design: CurveDesign, left_out: int) -> CurveDesign:
         n_samples=design.n_samples,
         sampling=design.sampling,
         pairs=design.pairs,
+        kind=None if design.kind is None else (*design.kind, left_out),
         whole=design,
         left_out=left_out,
     )
@@ -265,4 +281,5 @@ def design_of(
 
 @lru_cache(maxsize=8)
 def _kept(lags: tuple[int, ...], n_samples: int, sampling: str) -> CurveDesign:
-    return CurveDesign(np.array(lags), n_samples, sampling, lag_pairs(lags, n_samples))
+    kind = (lags, n_samples, sampling)
+    return CurveDesign(np.array(lags), n_samples, sampling, lag_pairs(lags, n_samples), kind)

@@ -184,7 +184,7 @@ def sensitivity(curve: CurveData, at: CurveSolution) -> Array:
     slope = np.concatenate([A * at.c, np.reshape(along, (-1, len(mu))).T], axis=1) / mu[:, None]
     if at.weight is None:
         return np.full_like(slope, np.nan)
-    return -(at.weight.whiten @ slope) / 3
+    return -at.weight.whitened(slope) / 3
 
 
 def _start(
@@ -210,9 +210,12 @@ def _start(
 
 @dataclass(frozen=True, slots=True)
 class _Weight:
-    """Weights of one round: inverse factor of C, means of the cube roots, log det C."""
+    """Weights of one round: inverse factors of C, means of the cube roots, log det C.
 
-    whiten: Array
+    Records are independent of one another: each has a block of C, and a triangle of its inverse factor.
+    """
+
+    blocks: tuple[Array, ...]
     centre: Array
     log_det: float
 
@@ -223,32 +226,66 @@ class _Weight:
         """Weights of the noise alone. A ramp has no spread of its own; were it to lend its size to the weights, a
         large ramp would make the long lags look certain and never be let go of. So its set is a little too wide."""
         noise = np.where([s in _RAMPS for s in symbols], 0.0, c)
-        from scipy.linalg.lapack import dpotrf, dtrtri
-
         mu = A @ noise
         if mu.min() <= 0:
             return None
-        V = curve.design.covariance(list(symbols), noise, times)
-        variance = np.maximum(V.diagonal(), 1e-14 * mu**2)
-        edf = np.maximum(2 * mu**2 / variance, _EDF_MIN)
-        spread = np.sqrt(variance)
-        rho = V / (spread[:, None] * spread)
-        sd = np.sqrt(2 / (9 * edf))
-        rho.flat[:: len(rho) + 1] = 1.0 + 1e-9 + (curve.discrepancy / 3 / sd) ** 2
-        factor, refused = dpotrf(rho, lower=1)
-        if refused:
+        relative = curve.design.relative_covariances(list(symbols), noise, times, mu)
+        factored = {id(block): _factored(block, curve.discrepancy) for block in relative}
+        blocks = [one for one in (factored[id(block)] for block in relative) if one is not None]
+        if len(blocks) < len(relative):
             return None
-        whiten = np.ascontiguousarray(dtrtri(factor, lower=1)[0] / sd)
-        log_det = 2 * float(np.log(np.diag(factor)).sum() + np.log(sd).sum())
-        return cls(whiten, 1 - 2 / (9 * edf), log_det)
+        whiten, centre, log_det = zip(*blocks, strict=True)
+        return cls(whiten, np.concatenate(centre), sum(log_det))
 
-    def residuals(self, v: Array, mu: Array) -> Array:
-        return self.whiten @ (np.cbrt(v / mu) - self.centre)
+    @property
+    def rows(self) -> Array:
+        """The triangles below one another, shape (n_lags, lags of the longest record)."""
+        if len(self.blocks) == 1:
+            return self.blocks[0]
+        width = max(map(len, self.blocks))
+        return np.concatenate([np.pad(block, ((0, 0), (0, width - len(block)))) for block in self.blocks])
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """First lag of the record that each lag belongs to, shape (n_lags,)."""
+        sizes = np.array([len(block) for block in self.blocks])
+        return np.repeat(np.cumsum(sizes) - sizes, sizes)
+
+    def whitened(self, x: Array) -> Array:
+        """Inverse factor of C times x, shape of x: (n_lags,) or (n_lags, n)."""
+        if len(self.blocks) == 1:
+            return np.asarray(self.blocks[0] @ x)
+        at = np.cumsum([len(block) for block in self.blocks])
+        parts = np.split(x, at[:-1])
+        return np.concatenate([block @ part for block, part in zip(self.blocks, parts, strict=True)])
 
     def objective(self, v: Array, mu: Array) -> tuple[float, float]:
-        r = self.residuals(v, mu)
+        r = self.whitened(np.cbrt(v / mu) - self.centre)
         chi2 = float(r @ r)
         return chi2 + 2 / 3 * float(np.log(mu).sum()), chi2
+
+
+def _factored(relative: Array, discrepancy: float) -> tuple[Array, Array, float] | None:
+    """Inverse factor of C, means of the cube roots and log det C of one record; None where C has no factor.
+
+    Parameters
+    ----------
+    relative : ndarray, shape (n_lags, n_lags)
+        Covariance of the curve over the products of its means.
+    """
+    from scipy.linalg.lapack import dpotrf, dtrtri
+
+    variance = np.maximum(relative.diagonal(), 1e-14)
+    edf = np.maximum(2 / variance, _EDF_MIN)
+    spread = np.sqrt(variance)
+    rho = relative / (spread[:, None] * spread)
+    sd = np.sqrt(2 / (9 * edf))
+    rho.flat[:: len(rho) + 1] = 1.0 + 1e-9 + (discrepancy / 3 / sd) ** 2
+    factor, refused = dpotrf(rho, lower=1)
+    if refused:
+        return None
+    whiten = np.ascontiguousarray(dtrtri(factor, lower=1)[0] / sd)
+    return whiten, 1 - 2 / (9 * edf), 2 * float(np.log(np.diag(factor)).sum() + np.log(sd).sum())
 
 
 def _minimise(v: Array, A: Array, c: Array, free: NDArray[np.bool_], weight: _Weight) -> Array:
@@ -261,7 +298,8 @@ def _minimise(v: Array, A: Array, c: Array, free: NDArray[np.bool_], weight: _We
         np.ascontiguousarray(A[:, free]),
         A[:, ~free] @ c[~free],
         c[free],
-        weight.whiten,
+        weight.rows,
+        weight.starts,
         weight.centre,
         steps=_STEPS,
         settled=_SETTLED,
@@ -285,7 +323,7 @@ def _with_times(
     u = np.clip(np.log(times), shortest, longest)
     A = design.columns(symbols, times)
     mu = A @ c
-    value = weight.objective(v, mu)[0]
+    value, rows, starts = weight.objective(v, mu)[0], weight.rows, weight.starts
     for _ in range(_STEPS):
         moving = [k for k, i in enumerate(places) if c[i] > 0 and shortest[k] < longest[k]]
         along = [c[places[k]] * design.markov(math.exp(u[k]))[1] for k in moving]
@@ -293,7 +331,7 @@ def _with_times(
         if not B.shape[1]:
             break
         here = np.concatenate([c[free], (u - shortest)[moving]])
-        step = curve_step(v, B, here, mu, weight.whiten, weight.centre)
+        step = curve_step(v, B, here, mu, rows, starts, weight.centre)
         dc, du = np.zeros_like(c), np.zeros_like(u)
         dc[free] = step[: int(free.sum())]
         du[moving] = np.clip(step[int(free.sum()) :], -_FARTHEST, _FARTHEST)

@@ -44,7 +44,7 @@ def _directions(
     if at.weight is None:
         return [], ()
     A = curve.design.columns(at.symbols, at.times)
-    whitened = at.weight.whiten @ (A / (A @ at.c)[:, None])
+    whitened = at.weight.whitened(A / (A @ at.c)[:, None])
     named = {s: whitened[:, i] for i, s in enumerate(at.symbols)}
     by_time = sensitivity(curve, at)[:, len(at.symbols) :]
     present = [k for k, s in enumerate(at.markov) if at.coefficient(s) > 0]

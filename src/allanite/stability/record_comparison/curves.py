@@ -95,7 +95,8 @@ def _ratio(series: FittedChannel, null: CurveSolution, grid: Array) -> Ratio:
         return Ratio(tau=grid[:0], z=grid[:0], covariance=np.zeros((0, 0)))
     mu = data.design.columns(null.symbols, null.times) @ null.c
     z = np.cbrt(data.variance / mu) - null.weight.centre
-    factor = np.linalg.inv(null.weight.whiten)
+    (block,) = null.weight.blocks
+    factor = np.linalg.inv(block)
     rows, kept = _rows(np.log(series.curve.tau[series.fit.used]), np.log(grid))
     return Ratio(tau=grid[kept], z=rows @ z, covariance=rows @ (factor @ factor.T) @ rows.T)
 
@@ -127,12 +128,12 @@ def _rows(lags: Array, grid: Array) -> tuple[Array, NDArray[np.int64]]:
 def compared(parts: Sequence[Ratio]) -> CurveTest:
     """The test of eq. (1), each lag by itself, and each record against the others."""
     tau = _shared_lags(parts)
-    statistic, dof = _together(parts)
+    sums = _Sums.of(parts)
+    statistic, dof = sums.test()
     single = np.array([_one_lag(parts, t) for t in tau])
     records, rest = [], []
     for i in range(len(parts)):
-        others = [p for j, p in enumerate(parts) if j != i]
-        q, d = _together(others)
+        q, d = sums.test(without=i)
         gain, lost = max(statistic - q, 0.0), dof - d
         records.append((gain, lost, ScaledChiSquare(dof=lost).tail(gain)))
         rest.append(ScaledChiSquare(dof=d).tail(q))
@@ -154,22 +155,55 @@ def _shared_lags(parts: Sequence[Ratio]) -> Array:
     return np.asarray(tau[counts > 1])
 
 
-def _together(parts: Sequence[Ratio]) -> tuple[float, float]:
-    """Q and its degrees of freedom."""
-    lags = np.unique(np.concatenate([p.tau for p in parts])) if parts else np.zeros(0)
-    information, pull, total, values = np.zeros((len(lags),) * 2), np.zeros(len(lags)), 0.0, 0
-    for part in parts:
-        if not len(part.tau):
-            continue
-        at = np.searchsorted(lags, part.tau)
-        inverse = np.linalg.inv(part.covariance)
-        information[np.ix_(at, at)] += inverse
-        pull[at] += inverse @ part.z
-        total += float(part.z @ inverse @ part.z)
-        values += len(part.z)
-    if not len(lags):
-        return 0.0, 0.0
-    return max(total - float(pull @ np.linalg.solve(information, pull)), 0.0), float(values - len(lags))
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Sums:
+    """The sums over records that Q is made of, and what each record adds to them.
+
+    Attributes
+    ----------
+    information : ndarray, shape (n_lags, n_lags)
+    pull : ndarray, shape (n_lags,)
+    square : float
+    added : list of (ndarray of int64, ndarray, ndarray, float)
+        Of each record: its lags, and what it adds there.
+    """
+
+    information: Array
+    pull: Array
+    square: float
+    added: list[tuple[NDArray[np.int64], Array, Array, float]]
+
+    @classmethod
+    def of(cls, parts: Sequence[Ratio]) -> _Sums:
+        lags = np.unique(np.concatenate([p.tau for p in parts]))
+        information, pull, square, added = np.zeros((len(lags),) * 2), np.zeros(len(lags)), 0.0, []
+        for part in parts:
+            at = np.searchsorted(lags, part.tau).astype(np.int64)
+            inverse: Array = np.linalg.inv(part.covariance).astype(np.float64)
+            drawn = inverse @ part.z
+            information[np.ix_(at, at)] += inverse
+            pull[at] += drawn
+            square += float(part.z @ drawn)
+            added.append((at, inverse, drawn, float(part.z @ drawn)))
+        return cls(information=information, pull=pull, square=square, added=added)
+
+    def test(self, without: int | None = None) -> tuple[float, float]:
+        """Q and its degrees of freedom, of all records or of all but one."""
+        information, pull, square = self.information.copy(), self.pull.copy(), self.square
+        counts = np.zeros(len(pull), dtype=np.int64)
+        for at, *_ in self.added:
+            counts[at] += 1
+        if without is not None:
+            at, inverse, drawn, alone = self.added[without]
+            information[np.ix_(at, at)] -= inverse
+            pull[at] -= drawn
+            square -= alone
+            counts[at] -= 1
+        kept = counts > 0
+        if not kept.any():
+            return 0.0, 0.0
+        solved = np.linalg.solve(information[np.ix_(kept, kept)], pull[kept])
+        return max(square - float(pull[kept] @ solved), 0.0), float(counts.sum() - kept.sum())
 
 
 def _one_lag(parts: Sequence[Ratio], tau: float) -> float:

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ from allanite.fitting.objective import CurveSolution, distance
 from allanite.stability.record_comparison.evidence import Evidence
 from allanite.stability.record_comparison.null_law import Directions, ScaledChiSquare, law_of_equality
 from allanite.stability.record_comparison.pooled import JointDesign, seen_by
-from allanite.stability.record_comparison.profiles import Profile
+from allanite.stability.record_comparison.profiles import Chords, Profile
 
 __all__ = ["detectable", "joint_law", "joint_loss", "least", "level_set", "parameter_law", "without_each"]
 
@@ -39,6 +40,7 @@ Array = NDArray[np.float64]
 
 _GRID = 201
 _ROUNDS = 4
+_PER_WIDTH = 4.0  # places that are looked at in the width of the narrowest profile
 #: Standard deviations beyond which no end of a set is looked for.
 _FARTHEST = 1e4
 #: Probability with which a difference is seen that is called detectable.
@@ -50,15 +52,18 @@ def least(profiles: Sequence[Profile], tau: float = 0.0) -> tuple[float, float]:
     """Where the sum of the profiles is least, and how large it is there."""
     if all(p.normal for p in profiles):
         return _weighted(profiles, tau)
+    if tau <= 0:
+        return _Pieces.of(profiles).least()
+    chords = Chords.of(profiles)
     low, high = _range(profiles, tau)
-    x = np.unique(np.concatenate([np.linspace(low, high, _GRID), _known(profiles, low, high)]))
+    x = np.unique(np.concatenate([np.linspace(low, high, _GRID), _known(profiles, low, high, tau)]))
     for _ in range(_ROUNDS):
-        total = _total(profiles, x, tau)
+        total = chords.total(x, tau)
         i = int(np.argmin(total))
         if x[-1] - x[0] < 1e-12 * max(abs(x[i]), 1.0):
             break
         x = np.linspace(x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)], 61)
-    total = _total(profiles, x, tau)
+    total = chords.total(x, tau)
     i = int(np.argmin(total))
     return float(x[i]), float(total[i])
 
@@ -75,13 +80,18 @@ def _total(profiles: Sequence[Profile], x: Array, tau: float) -> Array:
     return np.asarray(sum((p.loss(x, tau) for p in profiles), np.zeros_like(x)))
 
 
-def _known(profiles: Sequence[Profile], low: float, high: float) -> Array:
-    """Places near which the least may be, however narrow the profiles are."""
-    best = [p.best for p in profiles if math.isfinite(p.best)]
-    sharp = [p.best for p in profiles if math.isfinite(p.best) and p.supported]
-    weights = [1 / max(p.sd, 1e-300) ** 2 for p in profiles if math.isfinite(p.best) and p.supported]
-    middle = [float(np.average(sharp, weights=weights))] if sharp else []
-    return np.asarray(np.clip(np.array([*best, *middle]), low, high))
+def _known(profiles: Sequence[Profile], low: float, high: float, tau: float) -> Array:
+    """Places near which the least may be, however narrow the profiles are, less those that are next to another."""
+    best, sd = np.array([p.best for p in profiles]), np.array([p.sd for p in profiles])
+    places, sharp = best[np.isfinite(best)], np.isfinite(best) & np.isfinite(sd)
+    if sharp.any():
+        middle = np.average(best[sharp], weights=1 / np.maximum(sd[sharp], 1e-300) ** 2)
+        places = np.append(places, middle)
+    near = math.hypot(float(np.min(sd, where=np.isfinite(sd), initial=1e300)), tau) / _PER_WIDTH
+    kept = np.sort(np.clip(places, low, high))
+    if not 0 < near < high - low:
+        return np.asarray(kept)
+    return np.asarray(kept[np.unique(np.floor((kept - low) / near), return_index=True)[1]])
 
 
 def _range(profiles: Sequence[Profile], tau: float) -> tuple[float, float]:
@@ -109,8 +119,54 @@ def level_set(profiles: Sequence[Profile], level: float, tau: float = 0.0) -> tu
 def without_each(profiles: Sequence[Profile]) -> Array:
     """By how much Q falls when one record is left out, shape (n_records,)."""
     whole = least(profiles)[1]
-    rest = [least([p for j, p in enumerate(profiles) if j != i])[1] for i in range(len(profiles))]
+    if all(p.normal for p in profiles):
+        rest = [least([p for j, p in enumerate(profiles) if j != i])[1] for i in range(len(profiles))]
+    else:
+        rest = _Pieces.of(profiles).least_without_each()
     return np.maximum(whole - np.array(rest), 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Pieces:
+    """Profiles between neighbours among all their knots, where each root is one straight line: the sum of the losses is
+    a parabola there, and its least value is known in closed form.
+
+    Attributes
+    ----------
+    edges : ndarray, shape (n + 1,)
+    parts : ndarray, shape (n_profiles, 3, n)
+        Coefficients of 1, u and u^2 of the loss of each profile, u the distance from the lower edge.
+    """
+
+    edges: Array
+    parts: Array
+
+    @classmethod
+    def of(cls, profiles: Sequence[Profile]) -> _Pieces:
+        knots = np.unique(np.concatenate([p.knots for p in profiles]))
+        edges = np.append(knots, knots[-1] + 1.0)  # where all losses rise, or are constant
+        roots = np.array([p.root(edges) for p in profiles])
+        start, slope = roots[:, :-1], np.diff(roots, axis=1) / np.diff(edges)
+        return cls(edges=edges, parts=np.stack([start**2, 2 * start * slope, slope**2], axis=1))
+
+    def least(self, total: Array | None = None) -> tuple[float, float]:
+        """Where the sum of all profiles, or a total of parts, is least, and how large it is there."""
+        constant, slope, bend = self.parts.sum(axis=0) if total is None else total
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = np.nan_to_num(np.clip(-slope / (2 * bend), 0.0, np.diff(self.edges)))
+        values = constant + (slope + bend * u) * u
+        i = int(np.argmin(values))
+        return float(self.edges[i] + u[i]), max(float(values[i]), 0.0)
+
+    def least_without_each(self) -> list[float]:
+        """The least value without one profile after the other; sums of the others, no differences."""
+        behind = np.cumsum(self.parts[::-1], axis=0)[::-1]
+        before, rest = np.zeros_like(self.parts[0]), []
+        for i, part in enumerate(self.parts):
+            after = behind[i + 1] if i + 1 < len(behind) else 0.0
+            rest.append(self.least(before + after)[1])
+            before = before + part
+        return rest
 
 
 def detectable(profiles: Sequence[Profile]) -> float | None:

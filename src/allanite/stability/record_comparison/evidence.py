@@ -168,7 +168,7 @@ def _columns(data: CurveData, at: CurveSolution, present: frozenset[str]) -> dic
     if at.weight is None:
         return {}
     A = data.design.columns(at.symbols, at.times)
-    whitened = at.weight.whiten @ (A / (A @ at.c)[:, None]) / 3
+    whitened = at.weight.whitened(A / (A @ at.c)[:, None]) / 3
     columns = {s: whitened[:, i] for i, s in enumerate(at.symbols)}
     if at.T is not None and "G" in present:
         columns["T"] = -sensitivity(data, at)[:, -1]

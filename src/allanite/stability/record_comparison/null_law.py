@@ -15,7 +15,7 @@ References
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 _DRAWS = 1000
 _LEVEL = 0.95
 _FEW = 5  # columns of a cone whose faces are tried one after the other
+_STEPS, _SETTLED = 60, 1e-12  # of Newton's method, and what the next step may still gain
 _CERTAIN = 4.0  # standard deviations from zero beyond which the border is out of reach
 
 
@@ -94,8 +95,12 @@ def law_of_equality(records: Sequence[Directions], floor: Sequence[float]) -> Sc
         _Cone(np.concatenate([s, directions], axis=1), n, bounded)(point)
         for (s, directions, _), point in zip(reduced, y, strict=True)
     ]
-    together = _Cone(_stacked(shared, [directions for _, directions, _ in reduced]), n, bounded)
-    draws = together(np.concatenate(y, axis=1)) - np.sum(apart, axis=0)
+    if n == 1 and not bounded.any():
+        together = _with_one_shared([(s[:, 0], directions) for s, directions, _ in reduced], y)
+    else:
+        stacked = _stacked(shared, [directions for _, directions, _ in reduced])
+        together = _Cone(stacked, n, bounded)(np.concatenate(y, axis=1))
+    draws = together - np.sum(apart, axis=0)
     mean = float(draws.mean())
     if mean < 1e-9:
         return ScaledChiSquare(dof=0.0)
@@ -184,10 +189,57 @@ class _Cone:
     def _explained(self, y: Array) -> Array:
         """Squared length of the projection: the longest of those on a face whose coefficients are not negative."""
         best = np.zeros(len(y))
-        for size in range(1, self._rest.shape[1] + 1):
-            for face in itertools.combinations(range(self._rest.shape[1]), size):
-                columns = self._rest[:, face]
-                x = y @ np.linalg.pinv(columns, rcond=1e-10).T
-                length = ((x @ columns.T) ** 2).sum(axis=1)
-                best = np.maximum(best, np.where(np.all(x >= 0, axis=1), length, 0.0))
+        for _, length in _faces(self._rest, y):
+            best = np.maximum(best, length)
         return best
+
+
+def _faces(columns: Array, y: Array) -> Iterator[tuple[Array, Array]]:
+    """Projections of points on every face of a cone, (n_coordinates, n_coordinates), and the squared length of each.
+
+    The length is 0 where a coefficient is negative: that face is not the nearest part of the cone.
+    """
+    for size in range(1, columns.shape[1] + 1):
+        for face in itertools.combinations(range(columns.shape[1]), size):
+            of_face = columns[:, face]
+            inverse = np.linalg.pinv(of_face, rcond=1e-10)
+            x = y @ inverse.T
+            length = ((x @ of_face.T) ** 2).sum(axis=1)
+            yield of_face @ inverse, np.where(np.all(x >= 0, axis=1), length, 0.0)
+
+
+def _with_one_shared(records: Sequence[tuple[Array, Array]], points: Sequence[Array]) -> Array:
+    """Squared distance from the cone of the directions of each record and one parameter that all share, of any sign.
+
+    At a value of the shared parameter each record is by itself, so the work grows with the number of records, not with
+    its cube. The sum of their distances is convex: Newton's steps, halved between the ends that slopes of either sign
+    have set, reach its least value.
+
+    Parameters
+    ----------
+    records : sequence of (ndarray, shape (n,), ndarray, shape (n, n_own))
+        Direction of the shared parameter, and those of the own ones, which are not negative.
+    points : sequence of ndarray, shape (n_points, n)
+    """
+    x = np.zeros(len(points[0]))
+    low, high = np.full_like(x, -np.inf), np.full_like(x, np.inf)
+    for _ in range(_STEPS):
+        distance, slope, bend = np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)
+        for (along, alone), y in zip(records, points, strict=True):
+            rest = y - x[:, None] * along
+            left, curved, best = rest.copy(), np.full_like(x, along @ along), np.zeros_like(x)
+            for projection, length in _faces(alone, rest):
+                nearer = length > best
+                best = np.where(nearer, length, best)
+                left[nearer] = (rest - rest @ projection)[nearer]
+                curved[nearer] = along @ along - along @ projection @ along
+            distance += (left**2).sum(axis=1)
+            slope -= left @ along
+            bend += curved
+        low, high = np.where(slope < 0, x, low), np.where(slope > 0, x, high)
+        step = -slope / np.maximum(bend, 1e-300)
+        if np.all(np.abs(slope * step) <= _SETTLED * np.maximum(distance, 1.0)):
+            return np.asarray(distance + slope * step)
+        with np.errstate(invalid="ignore"):  # an end that is not set yet is not crossed
+            x = np.where((low <= x + step) & (x + step <= high), x + step, (low + high) / 2)
+    return distance

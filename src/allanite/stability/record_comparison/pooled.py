@@ -11,13 +11,13 @@ v being the variance unit and p the power of time of a symbol (`fitting.design.T
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.design import TIME_POWER, CurveDesign, Times
+from allanite.fitting.design import MARKOV, TIME_POWER, CurveDesign, Times
 from allanite.fitting.families import Family
 from allanite.fitting.objective import CurveData, CurveSolution, distance, solve
 from allanite.noise import GaussMarkov, NoiseModel, TermType, term_of
@@ -68,33 +68,50 @@ class JointDesign(CurveDesign):
 
     def column(self, symbol: str, times: Times = ()) -> Array:
         """AVAR of the unit process at the lags of all records, shape (n_all_lags,)."""
-        parts = [
-            s.fit.data.design.column(symbol, self.times(i, times)) * self.factor(i, symbol)
-            for i, s in enumerate(self.series)
-        ]
-        return np.concatenate(parts)
+        if symbol in MARKOV:
+            return self.markov(times[MARKOV.index(symbol)])[0]
+        if symbol not in self._columns:
+            parts = [
+                s.fit.data.design.column(symbol) * self.factor(i, symbol) for i, s in enumerate(self.series)
+            ]
+            self._columns[symbol] = np.concatenate(parts)
+        return self._columns[symbol]
 
     def markov(self, T: float) -> tuple[Array, Array]:
         """Gauss-Markov noise at the lags of all records, shape (n_all_lags,) each."""
-        factors = [self.factor(i, "G") for i in range(len(self.series))]
-        parts = [s.fit.data.design.markov(self.times(i, (T,))[0]) for i, s in enumerate(self.series)]
-        column, slope = (
-            np.concatenate([part[k] * factor for part, factor in zip(parts, factors, strict=True)])
-            for k in (0, 1)
-        )
+        kinds = {
+            kind: np.array(s.fit.data.design.markov(self.times(i, (T,))[0])) for i, kind, s in self._first()
+        }
+        parts = [kinds[_kind(s)] * self.factor(i, "G") for i, s in enumerate(self.series)]
+        column, slope = np.concatenate(parts, axis=1)
         return column, slope
 
-    def covariance(self, symbols: Sequence[str], c: Array, times: Times = ()) -> Array:
-        """Block-diagonal covariance of all curves, shape (n_all_lags, n_all_lags)."""
-        size = sum(len(s.fit.data.variance) for s in self.series)
-        out, at = np.zeros((size, size)), 0
-        for i, s in enumerate(self.series):
+    def relative_covariances(
+        self, symbols: Sequence[str], c: Array, times: Times, mean: Array
+    ) -> list[Array]:
+        """A block for each record; one for all records of one kind, whose noise differs by a scale alone."""
+        stops = np.cumsum([len(s.fit.data.variance) for s in self.series])
+        kinds = {}
+        for i, kind, s in self._first():
             factors = np.array([value * self.factor(i, name) for name, value in zip(symbols, c, strict=True)])
-            part = s.fit.data.design.covariance(symbols, factors, self.times(i, times))
-            stop = at + len(part)
-            out[at:stop, at:stop] = part
-            at = stop
-        return out
+            there = mean[stops[i] - len(s.fit.data.variance) : stops[i]]
+            design = s.fit.data.design
+            (kinds[kind],) = design.relative_covariances(symbols, factors, self.times(i, times), there)
+        return [kinds[_kind(s)] for s in self.series]
+
+    def _first(self) -> Iterator[tuple[int, tuple[object, float], FittedChannel]]:
+        """Place and kind of the first record of each kind."""
+        known = set()
+        for i, s in enumerate(self.series):
+            if _kind(s) not in known:
+                known.add(_kind(s))
+                yield i, _kind(s), s
+
+
+def _kind(series: FittedChannel) -> tuple[object, float]:
+    """Records of one kind have the same lags, length, sampling and rate, and no gaps."""
+    design = series.fit.data.design
+    return design.kind or id(design), series.curve.dt
 
 
 def pooled_fit(

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from allanite.quantities.distributions import chi_square_quantile
 from allanite.stability.record_comparison.equality import least
-from allanite.stability.record_comparison.profiles import Profile
+from allanite.stability.record_comparison.profiles import Chords, Profile
 
 __all__ = ["Population", "population_of"]
 
@@ -176,15 +176,19 @@ class _SpreadCurve:
 
     def _error(self, tau: float, middle: float) -> float:
         """Standard error of the middle, from the curvature of the loss."""
-        sd = np.array([math.hypot(p.sd, tau) for p in self.profiles if p.supported])
-        information = float((1 / sd**2).sum())
+        information = float((1 / (self.sd**2 + tau**2)).sum())
         if all(p.normal for p in self.profiles):
             return 1 / math.sqrt(information)
         step = _BEND / math.sqrt(information)
         x = middle + step * np.array([-1.0, 0.0, 1.0])
-        loss = sum((p.loss(x, tau) for p in self.profiles), np.zeros(3))
+        loss = self._loss(x, tau)
         bend = float(loss[0] - 2 * loss[1] + loss[2]) / step**2 / 2
         return 1 / math.sqrt(max(bend, 0.25 * information))
+
+    def _loss(self, x: Array, tau: float) -> Array:
+        if tau > 0:
+            return Chords.of(self.profiles).total(x, tau)
+        return np.asarray(sum((p.loss(x) for p in self.profiles), np.zeros(len(x))))
 
     def draws(self, *, of_next: bool) -> Array:
         """The middle, or the next true value, for all tau that the records allow with their weights."""

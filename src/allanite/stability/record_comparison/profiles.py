@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Profile", "limit", "normal_profile", "traced"]
+__all__ = ["Chords", "Profile", "limit", "normal_profile", "traced"]
 
 Array = NDArray[np.float64]
 
@@ -73,16 +73,7 @@ class Profile:
         """D_tau(mu) of eq. (1), shape of mu."""
         if tau <= 0:
             return np.asarray(self.root(mu) ** 2)
-        # pieces of the root, a + b x between two ends: each has its own minimum in closed form
-        x = np.concatenate(([self.knots[0] - 1.0], self.knots, [self.knots[-1] + 1.0]))
-        s = self.root(x)
-        b = np.diff(s) / np.diff(x)
-        a = s[:-1] - b * x[:-1]
-        ends = x.copy()
-        ends[0], ends[-1] = -np.inf, np.inf
-        m = np.asarray(mu)[..., None]
-        at = np.clip((m - tau**2 * a * b) / (1 + tau**2 * b**2), ends[:-1], ends[1:])
-        return np.asarray(((a + b * at) ** 2 + ((at - m) / tau) ** 2).min(axis=-1))
+        return Chords.of([self]).total(np.asarray(mu), tau)
 
     @property
     def normal(self) -> bool:
@@ -112,6 +103,44 @@ class Profile:
         if root > self.roots[-1]:
             return self.knots[-1] + (root - self.roots[-1]) / self.high if self.high > 0 else math.inf
         return float(np.interp(root, self.roots, self.knots))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Chords:
+    """Roots of several profiles as pieces a + b x between two ends, shape (n_profiles, n_pieces) each.
+
+    A profile of fewer pieces than another has its last one several times.
+    """
+
+    a: Array
+    b: Array
+    low: Array
+    high: Array
+
+    @classmethod
+    def of(cls, profiles: Sequence[Profile]) -> Chords:
+        """Of these profiles; the first and the last piece have no outer end."""
+        most = max(len(p.knots) for p in profiles) + 2
+        pieces = np.empty((4, len(profiles), most - 1))
+        for i, p in enumerate(profiles):
+            x = np.concatenate(([p.knots[0] - 1.0], p.knots, [p.knots[-1] + 1.0]))
+            s = p.root(x)
+            b = np.diff(s) / np.diff(x)
+            n = len(b)
+            pieces[:2, i, :n] = s[:-1] - b * x[:-1], b
+            x[0], x[-1] = -np.inf, np.inf
+            pieces[2:, i, :n] = x[:-1], x[1:]
+            pieces[:, i, n:] = pieces[:, i, n - 1 : n]
+        return cls(a=pieces[0], b=pieces[1], low=pieces[2], high=pieces[3])
+
+    def total(self, mu: Array, tau: float) -> Array:
+        """Sum of D_tau(mu) over the profiles, eq. (1): each piece has its minimum in closed form; shape of mu."""
+        pull, stiff = tau**2 * self.a * self.b, 1 + tau**2 * self.b**2
+        out = np.empty(mu.size)
+        for i, m in enumerate(mu.flat):
+            at = np.clip((m - pull) / stiff, self.low, self.high)
+            out[i] = ((self.a + self.b * at) ** 2 + ((at - m) / tau) ** 2).min(axis=1).sum()
+        return out.reshape(mu.shape)
 
 
 def normal_profile(best: float, sd: float, critical: float) -> Profile:
