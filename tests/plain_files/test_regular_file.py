@@ -217,6 +217,7 @@ MAY = {
     "commands/cli/recording.py": "the null device",
     "commands/curves.py": "a temporary file of its own",
     "commands/fleet/folder.py": "files that it has written",
+    "commands/fleet/partitions.py": "files that it has written",
     "commands/fleet/log_process.py": "the null device, and /proc",
     "exporters/cpp.py": "a header of the package",
     "filtering/kalman/series.py": "a temporary file of its own",
@@ -233,6 +234,8 @@ MAY = {
     "files/recording_file.py": "writes",
     "plain_files/atomic_file.py": "syncs what it has written",
     "plain_files/regular_file.py": "is the way in",
+    "stability/fleet/rows.py": "files that table_files has taken through regular",
+    "views/figures/screen.py": "files of the package",
     "views/report/__init__.py": "files of the package",
 }
 
