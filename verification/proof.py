@@ -83,6 +83,7 @@ Each page names its machine; `make bench` measures yours.
 * [Allan deviation](../benchmarks/results/allan_speed.md): a week at 32 Hz, beside AllanTools and plain NumPy
 * [Kalman filter](../benchmarks/results/kalman_speed.md): a week at 32 Hz, beside statsmodels and FilterPy
 * [Filter of a recording](../benchmarks/results/filter_speed.md): drift and its deviation at each sample of a week
+* [Table of a fleet](../benchmarks/results/fleet_table.md): 100 000 logs written, and 10 of them again
 * [Simulation](../benchmarks/results/simulation_speed.md): a week at 32 Hz
 * [Reading logs](../benchmarks/results/read_speed.md): each format
 * [A billion samples](../benchmarks/results/billion_samples.md): from disk, one thread

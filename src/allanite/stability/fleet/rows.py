@@ -161,7 +161,7 @@ def read_table(
     try:
         files = table_files(Path(source))
         if not files:
-            raise InputError(f"{source}: no table of a fleet; make one by `allanite fleet run`")
+            raise InputError(f"{source}: no table of a fleet, as `fleet run` writes it")
         return pq.read_table(files, columns=columns, filters=filters)
     except (OSError, pa.ArrowInvalid) as error:
         raise InputError(f"{source}: no table of a fleet ({error})") from None

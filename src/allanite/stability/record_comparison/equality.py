@@ -53,7 +53,7 @@ def least(profiles: Sequence[Profile], tau: float = 0.0) -> tuple[float, float]:
     if all(p.normal for p in profiles):
         return _weighted(profiles, tau)
     if tau <= 0:
-        return _Pieces.of(profiles).least()
+        return _SummedProfiles.of(profiles).least()
     chords = Chords.of(profiles)
     low, high = _range(profiles, tau)
     x = np.unique(np.concatenate([np.linspace(low, high, _GRID), _known(profiles, low, high, tau)]))
@@ -122,12 +122,12 @@ def without_each(profiles: Sequence[Profile]) -> Array:
     if all(p.normal for p in profiles):
         rest = [least([p for j, p in enumerate(profiles) if j != i])[1] for i in range(len(profiles))]
     else:
-        rest = _Pieces.of(profiles).least_without_each()
+        rest = _SummedProfiles.of(profiles).least_without_each()
     return np.maximum(whole - np.array(rest), 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Pieces:
+class _SummedProfiles:
     """Profiles between neighbours among all their knots, where each root is one straight line: the sum of the losses is
     a parabola there, and its least value is known in closed form.
 
@@ -142,7 +142,7 @@ class _Pieces:
     parts: Array
 
     @classmethod
-    def of(cls, profiles: Sequence[Profile]) -> _Pieces:
+    def of(cls, profiles: Sequence[Profile]) -> _SummedProfiles:
         knots = np.unique(np.concatenate([p.knots for p in profiles]))
         edges = np.append(knots, knots[-1] + 1.0)  # where all losses rise, or are constant
         roots = np.array([p.root(edges) for p in profiles])
