@@ -75,7 +75,7 @@ _PARAMETERS = (
     "of the population with its interval; dotted: the prediction interval of the next sensor."
 )
 _ROWS = (
-    "“Equal?” is answered with p adjusted for the number of parameters; “would be seen” is the change of "
+    "“Equal?” is answered with p adjusted for the number of parameters; “detectable” is the change of "
     "one record that the test detects in four of five cases. Spread: relative standard deviation of the "
     "true values between records, without the uncertainty of each record."
 )
@@ -163,7 +163,7 @@ def _table(result: Comparison, channel: ChannelComparison) -> list[PageBlock]:
     units = (display_unit(channel.kind, p.symbol, channel.unit)[0] for p in channel.every_parameter)
     heads = [f"{parameter_name(p.symbol)} [{u}]" for p, u in zip(channel.every_parameter, units, strict=True)]
     records = [r.name for r in result.records]
-    together = ("equal?", "if equal", "would be seen", "spread", "middle", "the next", "largest")
+    together = ("equal?", "common value", "detectable", "spread", "median", "next sensor", "largest")
     lines = [
         ((name, *cells), i >= len(records))
         for i, (name, *cells) in enumerate(zip([*records, *together], *columns, strict=True))
