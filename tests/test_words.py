@@ -31,6 +31,7 @@ _STEMS = (
 BRITISH = (
     rf"(?i)\b({'|'.join(_STEMS.split())})is(e|es|ed|er|ing|ation)\b", r"(?i)\banalys(e|ed|er|ing)\b",
     r"(?i)\b(lev|lab|mod)ell(ed|ing)\b", r"(?i)\b(neighb|behavi|col|fav|hon)our", r"\bcentred?\b",
+    r"(?i)\bgrey\b",
 )  # fmt: skip
 
 

@@ -137,7 +137,7 @@ def test_samples_in_doubt_and_remarks_are_findings(tmp_path: Path, run: Run) -> 
             codes["doubtful_samples"].count == 64 and "64 samples of 64" in codes["doubtful_samples"].message
         )
         assert "5 remarks" in codes["instrument_remarks"].message
-        assert "2 samples came first after" in codes["instrument_remarks"].message
+        assert "noted 2 interruptions" in codes["instrument_remarks"].message
     with LogStore.create(tmp_path / "after", HEADER) as store:
         store.append(replace(batch_of(0), utc_ns=batch_of(0).utc_ns + 10 * SECOND))
     source = al.read([folder, tmp_path / "after"]).notes["source"]

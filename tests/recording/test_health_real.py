@@ -50,7 +50,7 @@ def test_adis16405_its_steps_impulses_and_scale_are_named(adis: Recording) -> No
     assert "-17.4 deg/s" in said["spikes", "gx"].message
     assert "-0.529 g" in said["spikes", "az"].message
     assert {name for code, name in said if code == "spikes"} == {"gx", "gy", "ax", "ay", "az"}  # none in gz
-    assert "1.017 g" in said["gravity", None].message
+    assert "9.972 m/s² (1.7 % high)" in said["gravity", None].message
     assert not [f for f in said.values() if f.severity is Severity.FATAL]
 
 

@@ -524,7 +524,7 @@ def four_takes(
         "its own"
     )
     caption += (
-        ": the grey boxes are what the noise of the sensor alone allows in a record of that length, no time lost in "
+        ": the gray boxes are what the noise of the sensor alone allows in a record of that length, no time lost in "
         "turning."
         if bounds
         else "."

@@ -248,7 +248,7 @@ def _misfit_findings(model: NoiseModel, name: str) -> list[Finding]:
         findings.append(
             finding(
                 "short_lags_left_out",
-                f"{name}: {what} left out of the fit",
+                f"{name}: {what} excluded from the fit",
                 severity=Severity.WARNING,
                 channel=name,
                 count=left_out,

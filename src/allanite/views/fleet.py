@@ -330,17 +330,22 @@ def _ends(name: str, quantity: Quantity | None) -> dict[str, object]:
     return {name: value, f"{name}_lower": ends[0], f"{name}_upper": ends[1]}
 
 
+def _cells(part: object, *names: str) -> dict[str, object]:
+    """Fields of a result, a quantity with its ends."""
+    row: dict[str, object] = {}
+    for name in names:
+        value = getattr(part, name)
+        row |= _ends(name, value) if isinstance(value, Quantity) else {name: value}
+    return row
+
+
 def coefficient_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
     """One row of a table for each coefficient, in SI; spreads are of the natural logarithm."""
     for c in result.coefficients:
         yield {
-            **{
-                key: getattr(c, key)
-                for key in ("channel", "kind", "symbol", "logs", "units", "lots", "resolved")
-            },
+            **_cells(c, "channel", "kind", "symbol", "logs", "units", "lots", "resolved"),
             "unit": c.middle.unit,
-            **_ends("middle", c.middle),
-            **_ends("spread", c.spread),
+            **_cells(c, "middle", "spread"),
             **_ends("between_lots", c.between_lots),
             **_ends("between_repeats", c.between_repeats),
             **_ends("wide_share", c.wide_share),
@@ -359,41 +364,23 @@ def coefficient_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
 def standing_out_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
     """One row of a table for each coefficient of each unit that stands out."""
     for s in result.standing_out:
-        yield {
-            key: getattr(s, key) for key in ("unit", "lot", "channel", "symbol", "ratio", "deviations", "p")
-        }
+        yield _cells(s, "unit", "lot", "channel", "symbol", "ratio", "deviations", "p")
 
 
 def lot_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
     """One row of a table for each lot of each coefficient."""
     for c in result.coefficients:
         for lot in c.of_lots:
-            yield {
-                "channel": c.channel,
-                "symbol": c.symbol,
-                "lot": lot.lot,
-                "units": lot.units,
-                **_ends("ratio", lot.ratio),
-            }
+            yield {**_cells(c, "channel", "symbol"), **_cells(lot, "lot", "units", "ratio")}
 
 
 def correlation_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
     """One row of a table for each pair of coefficients that correlate."""
     for c in result.correlations:
-        yield {
-            "first": c.first,
-            "second": c.second,
-            **_ends("correlation", c.correlation),
-            "units": c.units,
-            "left_out": c.left_out,
-        }
+        yield _cells(c, "first", "second", "correlation", "units", "left_out")
 
 
 def drift_rows(result: FleetPopulation) -> Iterator[dict[str, object]]:
     """One row of a table for each coefficient of each unit that drifts; slopes are of the natural logarithm."""
     for d in result.drifts:
-        yield {
-            **{key: getattr(d, key) for key in ("unit", "lot", "channel", "symbol", "logs")},
-            **_ends("slope", d.slope),
-            "p": d.p,
-        }
+        yield _cells(d, "unit", "lot", "channel", "symbol", "logs", "slope", "p")

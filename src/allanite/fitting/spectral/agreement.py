@@ -97,11 +97,11 @@ class Disagreement(Result):
             low, high = self.band
             parts.append(
                 f"from {low:.3g} to {high:.3g} Hz the density is {self.ratio:.3g} times that of the curve's model "
-                f"(chance {self.p:.1g})"
+                f"(p = {self.p:.1g})"
             )
         parts += [
             f"{each.symbol} from the frequencies is {each.frequencies / each.lags:.3g} times {each.symbol} from the "
-            "lags, outside of its interval"
+            "lags, outside its interval"
             for each in self.parameters
         ]
         return "; ".join(parts)

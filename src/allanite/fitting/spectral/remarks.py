@@ -37,7 +37,8 @@ def spectral_findings(spectrum: Spectrum, reasons: Sequence[str], name: str) -> 
             message += f"; {whose} steady: removed before the fit, and a sinusoid of the model"
             message += "s" if steady > 1 else ""
         if steady < len(spectrum.lines):
-            message += f"; {plural(sum('line' in r for r in reasons), 'lag')} left out of the fit"
+            lags = sum("line" in r for r in reasons)
+            message += f"; {plural(lags, 'lag')} excluded from the fit" if lags else "; no lag is bent by it"
         findings.append(
             finding(
                 "spectral_line", message, severity=Severity.WARNING, channel=name, count=len(spectrum.lines)
@@ -49,7 +50,7 @@ def spectral_findings(spectrum: Spectrum, reasons: Sequence[str], name: str) -> 
             finding(
                 "band_limited",
                 f"{name}: the density falls above {spectrum.corner:.3g} Hz (the sensor's own filter); "
-                f"{plural(lags, 'lag')} left out of the fit",
+                f"{plural(lags, 'lag')} excluded from the fit",
                 severity=Severity.INFO,
                 channel=name,
                 count=lags,

@@ -129,8 +129,8 @@ def _spikes(survey: ChannelSurvey, outliers: Impulses, excess: Samples) -> Findi
     largest = f"{deviation:+.3g}{survey.unit} ({short(abs(deviation) / float(outliers.sigma[k]))} sigma)"
     effect = f"they raise N by {percent(_raise(excess))}"
     if len(out):
-        left_out = plural(int(np.diff(bursts[out], axis=1).sum()), "sample")
-        effect += f", by {percent(_raise(np.delete(sums, out)))} without the {left_out} left out"
+        count = int(np.diff(bursts[out], axis=1).sum())
+        effect += f", and by {percent(_raise(np.delete(sums, out)))} with {plural(count, 'sample')} excluded"
     shown = out if len(out) else np.arange(len(bursts))
     return finding(
         "spikes",
@@ -319,9 +319,8 @@ def rest(survey: ChannelSurvey) -> Iterator[Finding]:
     severity = Severity.WARNING if worst.excess >= NOTICED else Severity.INFO
     yield finding(
         "not_at_rest" if fatal else "disturbance",
-        f"in windows that cover {share} of the record the signal moves more than in its quiet parts, over {lag:.3g} s "
-        f"up to {short(peak)} times as much; this makes the deviation at {lag:.3g} s {short(factor)} times that of the "
-        "quiet parts",
+        f"{share} of the record is disturbed: over {lag:.3g} s the signal moves up to {short(peak)} times as much as "
+        f"in the quiet parts, which makes the deviation at {lag:.3g} s {short(factor)} times as large",
         severity=Severity.FATAL if fatal else severity,
         channel=survey.name,
         spans=spans,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.recording.health.disturbance import moved
-from allanite.recording.health.finding import Finding, Severity, finding
+from allanite.recording.health.finding import Finding, Severity, finding, percent
 from allanite.recording.health.meaning import GRAVITY, triads
 from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.records import Kind
@@ -105,14 +105,20 @@ def gravity(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
         ratio = norm / GRAVITY
         if abs(ratio - 1.0) <= (TURNING_AGREES if turned else AGREES):
             continue
-        what = "usual length of" if turned else "mean of"
         names = ", ".join(s.name for s in triad)
         yield finding(
             "gravity",
-            f"the {what} {names} is {norm:.5g} m/s²{'' if turned else ' long'}, {ratio:.4g} g{_mix_up(ratio)}",
+            f"gravity measured by {names} is {norm:.4g} m/s² ({_beside_one_g(ratio)}){_mix_up(ratio)}",
             severity=Severity.WARNING,
             count=sum(s.present for s in triad),
         )
+
+
+def _beside_one_g(ratio: float) -> str:
+    """A length of so many g, in percent where that is the shorter way."""
+    if 0.5 < ratio < 2.0:
+        return f"{percent(abs(ratio - 1.0))} {'high' if ratio > 1.0 else 'low'}"
+    return f"{ratio:.4g} g"
 
 
 def _usual_length(triad: Sequence[ChannelSurvey]) -> float:

@@ -49,8 +49,8 @@ def quantisation(survey: ChannelSurvey) -> Iterator[Finding]:
     if is_unresolved(survey):
         yield finding(
             "quantisation_limited",
-            f"the sample-to-sample noise is less than half the step (LSB) of {step:.4g}{survey.unit} of "
-            "the values: it is not resolved",
+            f"the sample-to-sample noise is less than half the step (LSB) of the values, {step:.4g}{survey.unit}: it "
+            "is not resolved",
             severity=Severity.FATAL,
             channel=survey.name,
             count=survey.present,
@@ -59,8 +59,8 @@ def quantisation(survey: ChannelSurvey) -> Iterator[Finding]:
         excess = (1.0 - ratio**2 / 12.0) ** -0.5 - 1.0
         yield finding(
             "quantisation",
-            f"the values have steps (LSB) of {step:.4g}{survey.unit}, {ratio:.2g} times their noise: rounding "
-            f"makes N up to {percent(excess)} larger",
+            f"the values come in steps (LSB) of {step:.4g}{survey.unit}, {ratio:.2g} times the noise: rounding raises "
+            f"N by up to {percent(excess)}",
             severity=Severity.WARNING,
             channel=survey.name,
             count=survey.present,
@@ -103,7 +103,7 @@ def _step(survey: ChannelSurvey) -> Iterator[Finding]:
     lost = f"; all values are multiples of {step:.0f} counts apart" if several else ""
     yield finding(
         "resolution_step",
-        f"the values have steps (LSB) of {step:.4g}{survey.unit}, {step / survey.sigma:.2g} of their noise{lost}",
+        f"the values come in steps (LSB) of {step:.4g}{survey.unit}, {step / survey.sigma:.2g} times the noise{lost}",
         severity=Severity.INFO,
         channel=survey.name,
         count=survey.present,

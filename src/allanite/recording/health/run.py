@@ -103,7 +103,7 @@ def remarks(recording: Recording) -> Iterator[Finding]:
         yield finding(
             "instrument_remarks",
             f"the driver made {plural(n_remarks, 'remark')} (rejected lines, garbage, repeated frames, "
-            f"uncertain counters), and {plural(resyncs, 'sample')} came first after an interruption",
+            f"uncertain counters) and noted {plural(resyncs, 'interruption')}",
             severity=Severity.INFO,
             count=n_remarks + resyncs,
         )

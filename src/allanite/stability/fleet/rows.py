@@ -131,8 +131,8 @@ def at_rest(table: pa.Table) -> tuple[pa.Table, tuple[str, ...]]:
     if len(moving) == 0:
         return table, ()
     names = pc.unique(table["log"].take(moving))
-    at_rest = table.filter(pc.invert(pc.is_in(table["log"], names)))
-    return at_rest.combine_chunks(), tuple(sorted(names.to_pylist()))
+    others = table.filter(pc.invert(pc.is_in(table["log"], names)))
+    return others.combine_chunks(), tuple(sorted(names.to_pylist()))
 
 
 def read_table(
