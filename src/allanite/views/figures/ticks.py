@@ -32,7 +32,7 @@ class Ticks:
 
 
 def ticks_of(axis: Axis, limits: tuple[float, float], room: float, apart: float) -> Ticks:
-    """Ticks of an axis.
+    """Ticks of an axis; a part of a decade needs those of a linear one.
 
     Parameters
     ----------
@@ -42,15 +42,14 @@ def ticks_of(axis: Axis, limits: tuple[float, float], room: float, apart: float)
     room, apart : float
         Length of the axis, and the least distance of two labels, in the same unit.
     """
-    if axis.names:
-        return Ticks(tuple((at, name) for at, name in axis.names if min(limits) <= at <= max(limits)))
-    if axis.log:
-        return _powers(limits, room, apart)
-    return _numbers(limits, max(1, int(room / apart)))
-
-
-def _powers(limits: tuple[float, float], room: float, apart: float) -> Ticks:
     low, high = sorted(limits)
+    if axis.names:
+        return Ticks(tuple((at, name) for at, name in axis.names if low <= at <= high))
+    made = _powers(low, high, room, apart) if axis.log and high >= 2 * low else Ticks(())
+    return made if made.major else _numbers(low, high, max(1, int(room / apart)))
+
+
+def _powers(low: float, high: float, room: float, apart: float) -> Ticks:
     span = decades((low, high))
     first, last = (math.floor(math.log10(low) - 1e-9), math.ceil(math.log10(high) + 1e-9))
     every = max(1, math.ceil(apart * span / room))
@@ -68,8 +67,7 @@ def _powers(limits: tuple[float, float], room: float, apart: float) -> Ticks:
     return Ticks(tuple(major), tuple(minor))
 
 
-def _numbers(limits: tuple[float, float], most: int) -> Ticks:
-    low, high = sorted(limits)
+def _numbers(low: float, high: float, most: int) -> Ticks:
     raw = (high - low) / most
     if not raw > 0 or not math.isfinite(raw):
         return Ticks(((low, number(low)),))
