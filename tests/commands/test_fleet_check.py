@@ -126,4 +126,4 @@ def test_it_loads_no_other_analysis(bench: Path) -> None:
         "views.study",
     )
     of_others = tuple(f"allanite.{name}" for name in others)
-    assert not [name for name in loaded if name.startswith((*of_others, "matplotlib", "plotly"))]
+    assert not [name for name in loaded if name.startswith((*of_others, "matplotlib"))]

@@ -29,7 +29,6 @@ from allanite.views.figures import matplotlib as paper
 from allanite.views.figures import screen, sheet_of
 from allanite.views.figures.drawing import DrawnShape, Words, arrow, box
 from allanite.views.figures.panel import DARK, LIGHT, SPAN_LOOKS, Curve, Panel, Sheet
-from allanite.views.figures.picture import svg
 from allanite.views.figures.records import overview
 from allanite_seed_paper import twin as seed_paper
 
@@ -445,7 +444,9 @@ def test_every_axis_says_its_unit(sheets: dict[str, Sheet], kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["earth rate", "north"])
 def test_the_dark_figure_has_no_colour_of_the_light_one(sheets: dict[str, Sheet], kind: str) -> None:
-    text = svg(sheets[kind], dark=True)
+    file = io.StringIO()
+    paper.figure(sheets[kind], dark=True).savefig(file, format="svg")
+    text = file.getvalue()
     shared = set(LIGHT.values()) & set(DARK.values())
     assert not [colour for colour in LIGHT.values() if colour in text and colour not in shared]
     assert not re.search(

@@ -335,7 +335,7 @@ def test_paper_has_no_fold(browser: Any, report_file: Path, scripts: bool) -> No
     assert not any(folded.evaluate_all(shown))
     view.emulate_media(media="print")
     assert all(folded.evaluate_all(shown))
-    assert view.locator("#curves .switches:visible, nav:visible").count() == 0
+    assert view.locator(".live:visible, .chart-key:visible, .chart-tools:visible, nav:visible").count() == 0
     context.close()
 
 
@@ -356,5 +356,5 @@ def test_without_javascript_the_pictures_are_there(browser: Any, report_file: Pa
     assert stills.count() == 3  # all axes of each kind, and the record
     assert all(stills.nth(i).is_visible() for i in range(stills.count()))
     assert stills.first.bounding_box()["height"] > 200
-    assert not view.locator(".switches").first.is_visible()
+    assert not view.locator(".live").first.is_visible()
     context.close()

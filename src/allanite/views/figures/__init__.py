@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of every result: `plot` says what is shown, two thin renderers draw it, on paper and on screen alike."""
+"""Figures of every result: `plot` states what is shown; thin renderers draw it, on paper and on screen alike."""
 
 from __future__ import annotations
 

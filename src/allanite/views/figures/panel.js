@@ -175,7 +175,7 @@
       if (this.facts.drawing) return 0;
       const names = this.facts.y.names ? 0.3 * this.width : 90;
       const texts = ticks(this.facts.y, this.range.y, this.height() || 200, 34).major.map(([, text]) => broken(text, names));
-      const label = this.facts.y.label ? 20 * rows(this.title().text) : 4;
+      const label = this.facts.y.label ? 20 * rows(this.title()) : 4;
       return Math.ceil(Math.max(0, ...texts.map((text) => wide(text))) + 12 + label);
     }
 
@@ -187,8 +187,7 @@
     }
 
     title() {
-      const room = this.height();
-      return { text: broken(this.facts.y.label || "", Math.max(room + 8, 120), NAME), room };
+      return broken(this.facts.y.label || "", Math.max(this.height() + 8, 120), NAME);
     }
 
     draw() {
@@ -272,10 +271,7 @@
       }
       for (const [at, text] of numbered ? xticks.major : []) this.tick(made, this.px(at), foot + 19, text);
       if (numbered && x.label) made.append(words(this.left + this.across / 2, whole - 6 - 16 * (rows(this.label) - 1), this.label, { size: NAME, name: "name" }));
-      if (y.label) {
-        const { text } = this.title();
-        made.append(words(14, this.top + this.high / 2, text, { size: NAME, turned: -90, name: "name" }));
-      }
+      if (y.label) made.append(words(14, this.top + this.high / 2, this.title(), { size: NAME, turned: -90, name: "name" }));
       for (const [at, text] of x.landmarks || []) this.landmark(made, this.px(at), text);
     }
 

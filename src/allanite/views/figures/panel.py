@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a figure shows, said without a plotting library: the two renderers draw the same panels.
+"""What a figure shows, stated without a plotting library: on paper, as a still picture and on screen.
 
 All coordinates are in the units of the axis labels. Colours are names; `LIGHT` and `DARK` give their values.
 """

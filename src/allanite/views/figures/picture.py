@@ -7,7 +7,7 @@ Sizes are points. Places, line widths and words are those of `allanite.views.fig
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -18,7 +18,6 @@ from allanite.plain_files.printable import printable
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words
 from allanite.views.figures.frames import BOTTOM, CHARACTERS, KEY, LEFT, Box, layout, limits_of
 from allanite.views.figures.panel import (
-    DARK,
     LIGHT,
     SPAN_LOOKS,
     Array,
@@ -59,11 +58,11 @@ _FAR = 1e5  # beyond this a coordinate says nothing more
 _BASE = 0.35  # from the middle of a letter to its foot
 
 
-def svg(sheet: Sheet, *, dark: bool = False) -> str:
+def svg(sheet: Sheet) -> str:
     """A sheet as SVG text; equal sheets give equal texts."""
     size, boxes = layout(sheet)
     width, height = (_POINTS * part for part in size)
-    page = _Picture(DARK if dark else LIGHT, height, crowded=sheet.columns > 1)
+    page = _Picture(height, crowded=sheet.columns > 1)
     page.rectangle(0, 0, width, height, "paper")
     labelled = [sheet.labelled(i) for i, row in enumerate(sheet.rows) for _ in row]
     for panel, box, numbered in zip(sheet.panels, boxes, labelled, strict=True):
@@ -121,10 +120,10 @@ def _shares(values: Array, ends: tuple[float, float], *, log: bool) -> Array:
 class _Picture:
     """The text of the picture while it grows."""
 
-    def __init__(self, colours: Mapping[str, str], height: float, *, crowded: bool) -> None:
+    def __init__(self, height: float, *, crowded: bool) -> None:
         self.parts: list[str] = []
         self.crowded = crowded
-        self._colours, self._height, self._count = colours, height, 0
+        self._height, self._count = height, 0
 
     # -- ink ----------------------------------------------------------------------------------------------------
 
@@ -147,7 +146,7 @@ class _Picture:
             if style in _DASHES
             else ""
         )
-        ink = f'fill="{self._colours[colour]}"' if fill else f'stroke="{self._colours[colour]}"'
+        ink = f'fill="{LIGHT[colour]}"' if fill else f'stroke="{LIGHT[colour]}"'
         wide = "" if fill or width == 1.0 else f' stroke-width="{_at(width)}"'
         faint = f' opacity="{_at(opacity)}"' if opacity < 1 else ""
         self.parts.append(f'<path d="{way}" {ink}{wide}{dash}{faint}{more}/>')
@@ -181,14 +180,14 @@ class _Picture:
         look += ' font-weight="bold"' if bold else ""
         look += f' transform="rotate({_at(turned)} {_at(x)} {_at(y)})"' if turned else ""
         if halo:
-            look += f' stroke="{self._colours["paper"]}" stroke-width="2.4" paint-order="stroke"'
+            look += f' stroke="{LIGHT["paper"]}" stroke-width="2.4" paint-order="stroke"'
         rows = escape(words, quote=False).split("\n")
         lines = rows[0] + "".join(
             f'<tspan x="{_at(x)}" dy="{_at(1.25 * size)}">{row}</tspan>' for row in rows[1:]
         )
         anchor = "" if across == "start" else f' text-anchor="{across}"'
         self.parts.append(
-            f'<text x="{_at(x)}" y="{_at(y)}" fill="{self._colours[colour]}"{anchor}{look}>{lines}</text>'
+            f'<text x="{_at(x)}" y="{_at(y)}" fill="{LIGHT[colour]}"{anchor}{look}>{lines}</text>'
         )
 
     # -- panels -------------------------------------------------------------------------------------------------
@@ -315,7 +314,7 @@ class _Picture:
         way = "".join(
             f"M{_at(a + shape[0])} {_at(b + shape[1])}{shape[2]}" for a, b in _pairs(x[good], y[good])
         )
-        line = f' stroke="{self._colours[colour]}" stroke-width="0.8"'
+        line = f' stroke="{LIGHT[colour]}" stroke-width="0.8"'
         if marker == "cross":
             self.path(way, colour, 1.2)
         else:
@@ -323,7 +322,7 @@ class _Picture:
 
     def _envelope(self, envelope: Envelope, plane: _Plane) -> None:
         way = _area(plane.across(envelope.x), plane.up(envelope.low), plane.up(envelope.high))
-        line = f' stroke="{self._colours[envelope.colour]}" stroke-width="0.3"'
+        line = f' stroke="{LIGHT[envelope.colour]}" stroke-width="0.3"'
         self.path(way, envelope.colour, fill=True, opacity=0.55, more=line)
 
     def _span(self, span: ShadedSpan, plane: _Plane) -> None:

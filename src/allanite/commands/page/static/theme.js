@@ -7,13 +7,11 @@ const preferred = window.matchMedia("(prefers-color-scheme: dark)");
 const isDark = () => (root.dataset.theme ? root.dataset.theme === "dark" : preferred.matches);
 
 export function switchable(button) {
-  const named = () => {
-    button.textContent = isDark() ? "Light" : "Dark";
-  };
+  const named = () => (button.textContent = isDark() ? "Light" : "Dark");
   button.addEventListener("click", () => {
     root.dataset.theme = isDark() ? "light" : "dark";
     named();
   });
   preferred.addEventListener("change", named);
-  button.textContent = isDark() ? "Light" : "Dark";
+  named();
 }
