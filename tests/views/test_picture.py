@@ -190,8 +190,16 @@ def test_a_study_has_the_words_of_its_paper_figure(view: str) -> None:
     for axes, panel in zip(figure.axes, shown.panels, strict=True):
         points = {label.text for label in panel.labels} | {limit.text for limit in panel.limits}
         assert points | {axes.get_ylabel()} <= written
+        ticks = axes.get_yticklabels() + (axes.get_xticklabels() if axes.get_xlabel() else [])
+        assert {tick.get_text() for tick in ticks} <= written
         legend = axes.get_legend()
         assert legend is None or {t.get_text() for t in legend.get_texts()} <= written
+
+
+def test_a_part_of_a_paper_figure_has_numbers() -> None:
+    (axes,) = paper.figure(sheet(logarithmic(curve()))).axes
+    axes.set_xlim(1.2, 1.9)
+    assert [tick.get_text() for tick in axes.get_xticklabels()] == [f"1.{digit}" for digit in range(2, 10)]
 
 
 # -- ticks --------------------------------------------------------------------------------------------------------

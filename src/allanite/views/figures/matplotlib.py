@@ -4,15 +4,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import matplotlib as mpl
 import numpy as np
-from numpy.typing import NDArray
+from matplotlib.colors import to_rgba
+from matplotlib.figure import Figure
+from matplotlib.markers import TICKDOWN, TICKLEFT
+from matplotlib.patches import Polygon
+from matplotlib.ticker import Locator, NullLocator
 
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words
-from allanite.views.figures.frames import CHARACTERS, KEY, LEFT, layout
+from allanite.views.figures.frames import CHARACTERS, KEY, LEFT, Box, layout
 from allanite.views.figures.panel import (
     DARK,
     LIGHT,
@@ -27,13 +32,12 @@ from allanite.views.figures.panel import (
     Rug,
     ShadedSpan,
     Sheet,
-    decades,
     thinned,
 )
+from allanite.views.figures.ticks import APART, Ticks, ticks_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 __all__ = ["figure"]
 
@@ -48,7 +52,6 @@ _STYLES = {
 _WIDTHS = {"solid": 1.1, "thin": 0.8}
 _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "down": "v", "cross": "X"}
 _LAST = ("95 % interval", "not in the fit")
-_BETWEEN, _CROWDED = tuple(range(2, 10)), 1e20  # ticks of a decade; range from which on they would touch
 _OFFSETS = {"above": (0, 7), "below": (0, -7), "right": (7, 0), "left": (-7, 0)}
 _RC: dict[Any, Any] = {
     "font.family": ["sans-serif"],
@@ -78,9 +81,6 @@ class _PanelLook:
 
 def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
     """A Matplotlib figure of a sheet; it belongs to no window and no global state."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
     with mpl.rc_context(_RC):
         size, boxes = layout(sheet)
         crowded = sheet.columns > 1
@@ -92,7 +92,7 @@ def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
             left, bottom, width, height = box
             axes = made.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]))
             axes.set_facecolor(look["paper"])
-            _draw(axes, panel, look, titled=len(sheet.panels) > 1, room=round(width * CHARACTERS))
+            _draw(axes, panel, box, look, titled=len(sheet.panels) > 1)
             axes.yaxis.set_label_coords(-(LEFT - 0.16) / width, 0.5)
             if not numbered:
                 axes.set_xlabel("")
@@ -104,8 +104,8 @@ def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
     return made
 
 
-def _draw(axes: Axes, panel: Panel, look: _PanelLook, *, titled: bool, room: int) -> None:
-    columns, rows = panel.key_grid(room) if panel.key == "above" else (1, 0)
+def _draw(axes: Axes, panel: Panel, box: Box, look: _PanelLook, *, titled: bool) -> None:
+    columns, rows = panel.key_grid(round(box[2] * CHARACTERS)) if panel.key == "above" else (1, 0)
     landmarks = 12 if panel.x.landmarks else 0  # points
     if titled:
         pad = landmarks + (5 if rows or not landmarks else 0) + 72 * KEY * rows
@@ -128,7 +128,7 @@ def _draw(axes: Axes, panel: Panel, look: _PanelLook, *, titled: bool, room: int
         _curve(axes, curve, look)
     for label in panel.labels:
         _label(axes, label, look)
-    _minor_ticks(axes, panel, look)
+    _rulers(axes, panel, box, look)
     if panel.key == "above":
         place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderpad": 0.1}
         place |= {"borderaxespad": 0.15 + landmarks / 8, "columnspacing": 1.4, "labelspacing": 0.3}
@@ -144,7 +144,6 @@ def _frame(axes: Axes, panel: Panel, look: _PanelLook) -> None:
         if axis.limits:
             getattr(axes, f"set_{direction}lim")(*axis.limits)
         getattr(axes, f"set_{direction}label")(_plain(axis.label), color=look["ink"])
-        _ticks(getattr(axes, f"{direction}axis"), axis)
     if panel.square:
         axes.set_aspect("equal")
     for side in axes.spines.values():
@@ -160,34 +159,29 @@ def _axes_of(axes: Axes, look: _PanelLook, *, numbered: bool) -> None:
     axes.tick_params(labelbottom=numbered)
 
 
-def _ticks(target: Any, axis: Axis) -> None:
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarFormatter
+class _Ruler(Locator):
+    """Ticks as in the still pictures, for the part of an axis that is shown."""
 
-    if axis.names:
-        target.set_ticks([at for at, _ in axis.names], labels=[_plain(name) for _, name in axis.names])
-        return
-    if axis.log:
-        target.set_major_locator(LogLocator(10, numticks=20))
-        target.set_major_formatter(FuncFormatter(_power_of_ten))
-        target.set_minor_locator(NullLocator())
-        if _names_between(axis):
-            target.set_minor_locator(LogLocator(10, subs=_BETWEEN, numticks=20))
-            target.set_minor_formatter(FuncFormatter(_two_and_five))
-        return
-    plain = ScalarFormatter(useOffset=False)
-    plain.set_powerlimits((-4, 5))
-    target.set_major_formatter(plain)
+    def __init__(
+        self, axis: Axis, ends: Callable[[], tuple[float, float]], room: float, apart: float
+    ) -> None:
+        self._facts = axis, ends, room, apart
+        self._names: dict[float, str] = {}
 
+    def ticks(self) -> Ticks:
+        axis, ends, room, apart = self._facts
+        return ticks_of(axis, ends(), room, apart)
 
-def _names_between(axis: Axis) -> bool:
-    """Whether ticks between the powers of ten are named, too."""
-    return axis.limits is not None and decades(axis.limits) < 2
+    def __call__(self) -> list[float]:
+        self._names = dict(self.ticks().major)
+        return [*self._names]
+
+    def name(self, value: float, _position: int | None = None) -> str:
+        return _plain(self._names.get(value, ""))
 
 
-def _minor_ticks(axes: Axes, panel: Panel, look: _PanelLook) -> None:
-    """Ticks between the powers of ten as one line of markers: Matplotlib's own take half the time of a figure."""
-    from matplotlib.markers import TICKDOWN, TICKLEFT
-
+def _rulers(axes: Axes, panel: Panel, box: Box, look: _PanelLook) -> None:
+    """Ticks, those between as one line of markers: Matplotlib's own take half the time of a figure."""
     mark: dict[str, Any] = {
         "linestyle": "none",
         "markersize": 2,
@@ -195,32 +189,16 @@ def _minor_ticks(axes: Axes, panel: Panel, look: _PanelLook) -> None:
         "color": look["guide"],
     }
     mark |= {"clip_on": False, "scalex": False, "scaley": False, "zorder": 2.01}
-    if panel.x.log and not _names_between(panel.x):
-        at = _between(axes.get_xlim())
-        axes.plot(at, np.zeros(len(at)), marker=TICKDOWN, transform=axes.get_xaxis_transform(), **mark)
-    if panel.y.log and not _names_between(panel.y):
-        at = _between(axes.get_ylim())
-        axes.plot(np.zeros(len(at)), at, marker=TICKLEFT, transform=axes.get_yaxis_transform(), **mark)
-
-
-def _between(limits: tuple[float, float]) -> NDArray[np.float64]:
-    """2 to 9 times each power of ten within limits; none where they would be a bar."""
-    low, high = min(limits), max(limits)
-    if not 0 < low < high < math.inf or high / low > _CROWDED:
-        return np.zeros(0)
-    powers = 10.0 ** np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)))
-    at = np.outer(powers, _BETWEEN).ravel()
-    return np.asarray(at[(at >= low) & (at <= high)])
-
-
-def _power_of_ten(value: float, _position: int | None = None) -> str:
-    power = round(math.log10(value)) if value > 0 else 0
-    return f"{value:g}" if -3 <= power <= 3 else f"$10^{{{power}}}$"
-
-
-def _two_and_five(value: float, _position: int | None = None) -> str:
-    first = round(value / 10 ** math.floor(math.log10(value) + 1e-9))
-    return f"{value:g}" if first in (2, 5) else ""
+    for way, axis, room, apart in zip("xy", (panel.x, panel.y), box[2:], APART, strict=True):
+        ruler = _Ruler(axis, getattr(axes, f"get_{way}lim"), 72 * room, apart)
+        target = getattr(axes, f"{way}axis")
+        target.set_major_locator(ruler)
+        target.set_major_formatter(ruler.name)
+        target.set_minor_locator(NullLocator())
+        place = {"transform": getattr(axes, f"get_{way}axis_transform")()}
+        between = np.array(ruler.ticks().minor)
+        at = (between, 0 * between) if way == "x" else (0 * between, between)
+        axes.plot(*at, marker=TICKDOWN if way == "x" else TICKLEFT, **place, **mark)
 
 
 def _landmarks(axes: Axes, axis: Axis, look: _PanelLook) -> None:
@@ -423,9 +401,6 @@ def _drawing(axes: Axes, drawing: Drawing, look: _PanelLook) -> None:
 
 
 def _shape(axes: Axes, shape: DrawnShape, look: _PanelLook, order: int) -> None:
-    from matplotlib.colors import to_rgba
-    from matplotlib.patches import Polygon
-
     axes.add_patch(
         Polygon(
             shape.points,

@@ -35,7 +35,7 @@ from allanite.views.figures.panel import (
     array,
     thinned,
 )
-from allanite.views.figures.ticks import Ticks, ticks_of
+from allanite.views.figures.ticks import APART, Ticks, ticks_of
 
 __all__ = ["svg"]
 
@@ -207,7 +207,7 @@ class _Picture:
         plane = _Plane(
             left=left, top=top, width=width, height=height, log=(panel.x.log, panel.y.log), x=x, y=y
         )
-        across, up = ticks_of(panel.x, x, width, 44), ticks_of(panel.y, y, height, 22)
+        across, up = ticks_of(panel.x, x, width, APART[0]), ticks_of(panel.y, y, height, APART[1])
         self._grid(plane, across, up)
         self._contents(panel, plane)
         self._frame(panel, plane, across, up, numbered=numbered)

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 
 from allanite.views.figures.panel import Axis, decades
 
-__all__ = ["Ticks", "ticks_of"]
+__all__ = ["APART", "Ticks", "ticks_of"]
+
+APART = (44.0, 22.0)  # the least distance of two labels on paper [pt]: across, upwards
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
