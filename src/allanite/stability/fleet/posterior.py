@@ -7,8 +7,9 @@ known that is the usual 1 / tau, of which intervals cover exactly; toward zero i
 nobody resolves gets a limit. Tails are normal unless the units reject that at 99 %; then the share of the wide part
 gets Beta(1, 19), one unit in twenty before the data.
 
-Draws come from Student's distribution about the mode, weighted by what the evidence says of each; a large fleet leaves
-so narrow a distribution that the normal one about the mode does.
+Draws come from Student's distribution about the mode, weighted by what the evidence says of each; where few of them
+carry the weight, more are drawn about what these have found [2]. A large fleet leaves so narrow a distribution that the
+normal one about the mode does.
 
 References
 ----------
@@ -157,7 +158,7 @@ def _weighted(
     """Draws with their weights.
 
     Few logs, or logs that contradict each other, leave a posterior that is not like its peak. Where the weights show
-    that, draws about what the first ones have found are added, and all are weighted by the mean of both proposals [2].
+    that, draws are added about what the former ones have found; all are weighted by the mean of the proposals [2].
     """
     proposals, every, values = [proposal], [], np.zeros(0)
     points = np.zeros((0, len(proposal.center)))
