@@ -297,8 +297,11 @@ IDLE = (
             (*IDLE, "scipy", "allanite.fitting", "allanite.experiments", "allanite.study.study"),
         ),
         ("info log.csv --json", (*IDLE, "scipy", "rich", "allanite.fitting", "allanite.study.study")),
-        ("characterize log.csv --json", (*IDLE, "rich", "allanite.views.study", "allanite.experiments")),
-        ("characterize log.csv --out study", ("pandas", "matplotlib", "scipy.stats")),
+        (
+            "characterize log.csv --json",
+            (*IDLE, "rich", "scipy.optimize", "allanite.views.study", "allanite.experiments"),
+        ),
+        ("characterize log.csv --out study", ("pandas", "matplotlib", "scipy.stats", "scipy.optimize")),
     ],
 )
 def test_a_command_loads_only_what_it_needs(tmp_path: Path, line: str, idle: tuple[str, ...]) -> None:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from allanite.fitting.likelihood.objective import Objective, Point, RandomTerm, inner_of
 from allanite.fitting.likelihood.pool import Pool, contrasts
+from allanite.fitting.nonnegative import nonnegative
 
 __all__ = ["Band", "ModeBand", "bands", "explained", "first_guess"]
 
@@ -153,15 +154,13 @@ def first_guess(
     objective: Objective, components: tuple[RandomTerm, ...], of_record: Sequence[Band | ModeBand]
 ) -> Array:
     """Relative non-negative least squares on the bands: a safe start."""
-    from scipy.optimize import nnls
-
     power = np.array([b.power for b in of_record])
     expected = np.array([[b.expected(objective, k) for k in components] for b in of_record])
     used = power > 0
     weight = np.sqrt(np.minimum(np.array([b.dof for b in of_record]), 50.0))[used] / power[used]
     columns = expected[used] * weight[:, None]
     norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    c = nnls(columns / norm, power[used] * weight, maxiter=50 * len(norm))[0] / norm
+    c = nonnegative(columns / norm, power[used] * weight) / norm
     # a term that starts at zero would have to be found by the gradient alone; a start somewhat above costs nothing
     share = expected[used] / power[used][:, None]
     return np.asarray(np.maximum(c, 1e-3 / np.maximum(share.max(axis=0), 1e-300)))

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.likelihood.objective import LikelihoodValue, Point, RandomTerm
+from allanite.fitting.nonnegative import nonnegative
 
 __all__ = ["LikelihoodSearch", "Peak", "maximise"]
 
@@ -119,7 +120,6 @@ class LikelihoodSearch:
     def _step(self, at: Point, value: LikelihoodValue, held: frozenset[int]) -> tuple[Array, float]:
         """Step of (c, ln T), and how much it promises."""
         from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
-        from scipy.optimize import nnls
 
         n, g, H = len(at.c), value.gradient, value.information
         timed = [i for i, k in enumerate(at.components) if k.T is not None]
@@ -145,7 +145,7 @@ class LikelihoodSearch:
         target = H @ y + g / scale
         wanted = dpotrs(L, target, lower=1)[0]
         if wanted.min() < 0:
-            wanted = nnls(L.T, dtrtrs(L, target, lower=1)[0], maxiter=50 * len(H))[0]
+            wanted = nonnegative(L.T, dtrtrs(L, target, lower=1)[0])
         d = wanted - y
         promised = float(d @ (g / scale) - d @ H @ d / 2)
         step[moving] = d / scale

@@ -33,6 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FitError
+from allanite.fitting.nonnegative import nonnegative
 from allanite.fitting.spectral.ordinates import Ordinates
 
 __all__ = ["WhittleProblem", "WhittleSolution"]
@@ -159,8 +160,6 @@ class WhittleProblem:
 
     def _start(self, times: Sequence[float], fixed: Mapping[int, float]) -> Array | None:
         """Relative least squares: a safe first guess; None where no term that is free or fixed fills the spectrum."""
-        from scipy.optimize import nnls
-
         A = self.columns(times)
         c = np.array([fixed.get(i, 0.0) for i in range(len(self.letters))])
         free = [i for i, s in enumerate(self.letters) if i not in fixed and s != "R"]
@@ -172,7 +171,7 @@ class WhittleProblem:
             B = A[:, free] * weight[:, None]
             norm = np.linalg.norm(B, axis=0)
             norm[norm == 0] = 1.0
-            c[free] = nnls(B / norm, (self.data.value - A @ c) * weight)[0] / norm
+            c[free] = nonnegative(B / norm, (self.data.value - A @ c) * weight) / norm
         mean = A @ c
         if not np.all(mean > 0):
             if not free:
@@ -284,8 +283,6 @@ class WhittleProblem:
         self, at: WhittleSolution, fixed: Mapping[int, float], held: Mapping[int, float]
     ) -> tuple[Array, Array]:
         """Step of the coefficients and of ln T to the minimum of the expected quadratic."""
-        from scipy.optimize import nnls
-
         free = [i for i, s in enumerate(self.letters) if i not in fixed and s != "R"]
         moving = [k for k, g in enumerate(self.markov) if g not in held and at.c[g] > 0]
         if not free and not moving:
@@ -297,10 +294,7 @@ class WhittleProblem:
         norm[norm == 0] = 1.0
         rest = self.values(at.ramp) - at.mean + A[:, free] @ at.c[free]
         target = self.whitened(rest[:, None], at.mean)[:, 0]
-        try:
-            x = nnls(B / norm, target)[0] / norm
-        except RuntimeError:  # too many iterations: the columns are nearly the same
-            return np.zeros_like(at.c), np.zeros(len(at.times))
+        x = nonnegative(B / norm, target) / norm
         step, turn = np.zeros_like(at.c), np.zeros(len(at.times))
         step[free] = x[: len(free)] - at.c[free]
         k = len(moving)

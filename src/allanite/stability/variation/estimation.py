@@ -240,14 +240,14 @@ def _fitted(recording: Recording, name: str) -> tuple[NoiseModel, ModelSource]:
 
 def _rough(curve: AllanCurve, channel: Channel) -> NoiseModel:
     """Terms by relative least squares, none of them negative."""
-    from scipy.optimize import nnls
+    from allanite.fitting.nonnegative import nonnegative
 
     ok = np.isfinite(curve.variance[:, 0]) & (curve.variance[:, 0] > 0)
     m, v = curve.lags[ok].astype(np.float64), curve.variance[ok, 0]
     units = [term_of(symbol, 1.0, dt=curve.dt) for symbol in ("Q", "N", "B", "K")]
     columns = np.stack([t.avar_sampled(m, curve.dt, channel.sampling) / v for t in units], axis=1)
     norm = np.linalg.norm(columns, axis=0)
-    amount = np.sqrt(nnls(columns / norm, np.ones(len(v)))[0] / norm)
+    amount = np.sqrt(nonnegative(columns / norm, np.ones(len(v))) / norm)
     terms = tuple(
         term_of(s, float(a), dt=curve.dt) for s, a in zip(("Q", "N", "B", "K"), amount, strict=True) if a > 0
     )
