@@ -34,7 +34,16 @@ from allanite.stability.record_comparison.null_law import Directions, ScaledChiS
 from allanite.stability.record_comparison.pooled import JointDesign, seen_by
 from allanite.stability.record_comparison.profiles import Chords, Profile
 
-__all__ = ["detectable", "joint_law", "joint_loss", "least", "level_set", "parameter_law", "without_each"]
+__all__ = [
+    "detectable",
+    "joint_law",
+    "joint_loss",
+    "least",
+    "level_set",
+    "parameter_law",
+    "summed_loss",
+    "without_each",
+]
 
 Array = NDArray[np.float64]
 
@@ -48,13 +57,13 @@ _POWER = 0.8
 _TEST = 0.05
 
 
-def least(profiles: Sequence[Profile], tau: float = 0.0) -> tuple[float, float]:
-    """Where the sum of the profiles is least, and how large it is there."""
+def least(profiles: Sequence[Profile], tau: float = 0.0, chords: Chords | None = None) -> tuple[float, float]:
+    """Where the sum of the profiles is least, and how large it is there; `chords`: theirs, if the caller has them."""
     if all(p.normal for p in profiles):
         return _weighted(profiles, tau)
     if tau <= 0:
         return _SummedProfiles.of(profiles).least()
-    chords = Chords.of(profiles)
+    chords = chords or Chords.of(profiles)
     low, high = _range(profiles, tau)
     x = np.unique(np.concatenate([np.linspace(low, high, _GRID), _known(profiles, low, high, tau)]))
     for _ in range(_ROUNDS):
@@ -76,8 +85,9 @@ def _weighted(profiles: Sequence[Profile], tau: float) -> tuple[float, float]:
     return middle, float(weight @ (x - middle) ** 2)
 
 
-def _total(profiles: Sequence[Profile], x: Array, tau: float) -> Array:
-    return np.asarray(sum((p.loss(x, tau) for p in profiles), np.zeros_like(x)))
+def summed_loss(profiles: Sequence[Profile], x: Array) -> Array:
+    """Sum of the losses D(x) of all profiles, shape of x."""
+    return np.asarray(sum((p.loss(x) for p in profiles), np.zeros_like(x)))
 
 
 def _known(profiles: Sequence[Profile], low: float, high: float, tau: float) -> Array:
@@ -100,16 +110,16 @@ def _range(profiles: Sequence[Profile], tau: float) -> tuple[float, float]:
     return low - 3 * tau, high + 3 * tau
 
 
-def level_set(profiles: Sequence[Profile], level: float, tau: float = 0.0) -> tuple[float, float]:
+def level_set(profiles: Sequence[Profile], level: float) -> tuple[float, float]:
     """Ends of the set of x whose summed loss is within `level` of the least; infinite where there is no end."""
-    centre, value = least(profiles, tau)
-    widths = [w for w in (math.hypot(p.sd, tau) for p in profiles) if 0 < w < math.inf] or [1.0]
+    centre, value = least(profiles)
+    widths = [w for w in (p.sd for p in profiles) if 0 < w < math.inf] or [1.0]
     first = math.sqrt(level / sum(w**-2 for w in widths))  # where normal profiles end
     first = max(first, math.ulp(centre))
 
     def end(direction: float) -> float:
         def loss(x: float) -> float:
-            return float(_total(profiles, np.array([centre + direction * x]), tau)[0]) - value
+            return float(summed_loss(profiles, np.array([centre + direction * x]))[0]) - value
 
         return centre + direction * crossing(loss, level, first, _FARTHEST * max(widths))
 

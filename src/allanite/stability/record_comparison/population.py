@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.quantities.distributions import chi_square_quantile
-from allanite.stability.record_comparison.equality import least
+from allanite.stability.record_comparison.equality import least, summed_loss
 from allanite.stability.record_comparison.profiles import Chords, Profile
 
 __all__ = ["Population", "population_of"]
@@ -109,13 +109,13 @@ class _SpreadCurve:
     """Q, the middle and its standard error over tau."""
 
     def __init__(self, profiles: Sequence[Profile], resolved: Sequence[Profile]) -> None:
-        self.profiles, self.k = profiles, len(resolved)
+        self.profiles, self.k, self._chords = profiles, len(resolved), Chords.of(profiles)
         x = np.array([p.best for p in resolved])
         self.sd = sd = np.array([p.sd for p in resolved])
         unit = max(float(np.ptp(x)), float(sd.max()))
         small = 1e-3 * float(sd.min())
         self.tau = np.concatenate(([0.0], np.geomspace(small, 100 * unit, _TAUS)))
-        minima = [least(profiles, float(t)) for t in self.tau]
+        minima = [self._least(float(t)) for t in self.tau]
         self.middle = np.array([m for m, _ in minima])
         self.error = np.array([self._error(float(t), m) for t, (m, _) in zip(self.tau, minima, strict=True)])
         self.q = np.minimum.accumulate(np.array([q for _, q in minima]))
@@ -126,8 +126,7 @@ class _SpreadCurve:
             return 0.0
         low, high = self.tau[1], float(self._at(np.array([target]))[0])
         for _ in range(_TRIALS):  # by secants of the logarithms, from what the table says
-            value = least(self.profiles, high)[1]
-            further = least(self.profiles, 1.02 * high)[1]
+            value, further = (self._least(tau)[1] for tau in (high, 1.02 * high))
             if min(value, further) <= 0.0:  # limits let Q fall to nothing: no logarithm
                 return self._halved(target, high)
             step = math.log(target / value) / min(math.log(further / value) / math.log(1.02), -1e-3)
@@ -140,11 +139,11 @@ class _SpreadCurve:
         """The same between the last tau of the table whose Q is above the target and one whose Q is not."""
         low = float(max(self.tau[np.flatnonzero(self.q > target)[-1]], _CLOSE * self.tau[1]))
         high = max(high, low)
-        while least(self.profiles, high)[1] > target:
+        while self._least(high)[1] > target:
             high *= 2.0
         while high / low > 1.0 + _CLOSE:
             middle = math.sqrt(low * high)
-            low, high = (middle, high) if least(self.profiles, middle)[1] > target else (low, middle)
+            low, high = (middle, high) if self._least(middle)[1] > target else (low, middle)
         return high
 
     def limit(self, target: float) -> float:
@@ -181,14 +180,12 @@ class _SpreadCurve:
             return 1 / math.sqrt(information)
         step = _BEND / math.sqrt(information)
         x = middle + step * np.array([-1.0, 0.0, 1.0])
-        loss = self._loss(x, tau)
+        loss = self._chords.total(x, tau) if tau > 0 else summed_loss(self.profiles, x)
         bend = float(loss[0] - 2 * loss[1] + loss[2]) / step**2 / 2
         return 1 / math.sqrt(max(bend, 0.25 * information))
 
-    def _loss(self, x: Array, tau: float) -> Array:
-        if tau > 0:
-            return Chords.of(self.profiles).total(x, tau)
-        return np.asarray(sum((p.loss(x) for p in self.profiles), np.zeros(len(x))))
+    def _least(self, tau: float) -> tuple[float, float]:
+        return least(self.profiles, tau, self._chords)
 
     def draws(self, *, of_next: bool) -> Array:
         """The middle, or the next true value, for all tau that the records allow with their weights."""
