@@ -207,7 +207,7 @@ template <int W, bool draws>
 ALLANITE_FLAT void segment_rows(GainRun& run, Index begin, Index interval) noexcept {
     const auto& m = run.m;
     const Index n = m.model.states, count = interval * segment_intervals;
-    const Index piece = interval < 32 ? 4 : interval > 2048 ? 256 : interval / 8;
+    const Index piece = interval > 2048 ? 256 : interval / 8;
     RowMemory<W> r;
     fetch_rows(run, r);
     const double* const rest = r.columns[0] + W;

@@ -50,10 +50,3 @@ class PowerLaw:
         if abs(beyond) < 1e-9:
             return np.asarray(size**2 * logarithm / (4 * math.log(2)))
         return np.asarray(size**2 * np.expm1(beyond * logarithm) / (4 * math.expm1(beyond * math.log(2))))
-
-    def far(self, m1: Array, m2: Array, distance: Array) -> Array:
-        """Covariance of second differences over m1 and m2 samples whose middles are far apart."""
-        beyond = self.slope - 1
-        size = 1 / math.log(2) if abs(beyond) < 1e-9 else beyond / math.expm1(beyond * math.log(2))
-        fourth = (beyond + 2) * (beyond + 1) * (beyond - 1) * size / 4
-        return np.asarray(m1 * m2 / 2 * fourth * np.abs(distance) ** (beyond - 2))

@@ -44,7 +44,7 @@ FIRST_PART = 128
 #: Rows from which on polynomials of the gain gain more than they cost, and steps of the covariance for them: those over
 #: 1, 2, 4 ... 2^13 rows, of which eight make a segment of 2^16.
 SEGMENTS_FROM, STEPS = 1 << 13, 14
-#: Models with more states are filtered row by row.
+#: `most_segment_states` of kernels/include/allanite/gain_filter.hpp: models with more go row by row.
 MOST_SEGMENT_STATES = 48
 
 

@@ -21,7 +21,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -290,7 +290,7 @@ def cross_covariance(
             return np.asarray(term.B**2 / (2 * np.pi) * part)
         case Sinusoid():
             m1, m2 = np.repeat(lengths, np.diff(offsets), axis=0).T
-            return _second_differences(_lag_function(term, sampling), m1, m2, distance)
+            return _second_differences(term, sampling, m1, m2, distance)
     return _kernels.window_pairs(lengths, offsets, distance, **_phase_parts(term, sampling))
 
 
@@ -318,15 +318,11 @@ def _phase_parts(term: Quantisation | White | RandomWalk | GaussMarkov, sampling
             return parts | term.phase_parts(1.0, sampling)
 
 
-def _lag_function(term: TermType, sampling: str) -> Callable[[Array], Array]:
-    return lambda t: term.phase_covariance(t, 1.0, sampling)
-
-
-def _second_differences(S: Callable[[Array], Array], m1: Array, m2: Array, k: Array) -> Array:
+def _second_differences(term: Sinusoid, sampling: str, m1: Array, m2: Array, k: Array) -> Array:
     total = np.zeros_like(k)
     for i, wi in enumerate((1, -2, 1)):
         for j, wj in enumerate((1, -2, 1)):
-            total += wi * wj * S(k + j * m2 - i * m1)
+            total += wi * wj * term.phase_covariance(k + j * m2 - i * m1, 1.0, sampling)
     return total / (2 * m1 * m2)
 
 
