@@ -12,18 +12,16 @@ were made, over the size of the samples.
 from __future__ import annotations
 
 import json
-import resource
-import subprocess
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .machine import describe, save
+from .processes import best_runs, peak_bytes, resident_bytes
 
 N_SAMPLES = 19_353_600
 N_LAGS = 100
@@ -111,27 +109,19 @@ def measure_here(name: str, n: int) -> dict[str, Any]:
     lags = decimated_lags(n) if name.startswith("decimated") else log_lags(n)
     short = samples(4096)
     CONTENDERS[name](short, lags[:5])  # imports and first call are not timed
-    before = _resident_bytes()
+    before = resident_bytes()
     y = samples(n, missing=name.rpartition(": ")[2])
     times: list[float] = []
     while len(times) < 2 or sum(times) < 10.0:
         start = time.perf_counter()
         deviation = CONTENDERS[name](y, lags)
         times.append(time.perf_counter() - start)
-    peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return {
         "seconds": min(times),
-        "memory": (peak - before) / y.nbytes,
+        "memory": (peak_bytes() - before) / y.nbytes,
         "lags": lags.tolist(),
         "deviation": deviation.tolist(),
     }
-
-
-def measure(name: str, n: int) -> dict[str, Any]:
-    """One contender, in a process of its own."""
-    command = [sys.executable, "-m", "benchmarks.allan_speed", name, str(n)]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
-    return dict(json.loads(done.stdout))
 
 
 def per_lag_against_length() -> list[tuple[int, float]]:
@@ -152,11 +142,6 @@ def per_lag_against_length() -> list[tuple[int, float]]:
     return speeds
 
 
-def _resident_bytes() -> int:
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * resource.getpagesize()
-
-
 def check_agreement(best: dict[str, dict[str, Any]]) -> float:
     """Largest relative difference from allantools among the contenders that saw the same samples and lags."""
     truth = np.array(best["allantools"]["deviation"])
@@ -165,12 +150,7 @@ def check_agreement(best: dict[str, dict[str, Any]]) -> float:
 
 
 def main() -> None:
-    best: dict[str, dict[str, Any]] = {}
-    for _ in range(ROUNDS):
-        for name in CONTENDERS:
-            run = measure(name, N_SAMPLES)
-            if name not in best or run["seconds"] < best[name]["seconds"]:
-                best[name] = run
+    best = best_runs("allan_speed", CONTENDERS, ROUNDS, "seconds")
     slowest = best["allantools"]["seconds"]
     rows = [
         [
@@ -222,6 +202,6 @@ def main() -> None:
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        print(json.dumps(measure_here(sys.argv[1], int(sys.argv[2]))))
+        print(json.dumps(measure_here(sys.argv[1], N_SAMPLES)))
     else:
         main()

@@ -12,8 +12,6 @@ exact ones. float32 at 2.5 V has steps of 0.24 uV, so there the noise is known o
 from __future__ import annotations
 
 import json
-import resource
-import subprocess
 import sys
 import tempfile
 import time
@@ -26,6 +24,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 
 from .machine import describe, save
+from .processes import peak_bytes, result_of
 
 CHUNK = 1 << 16
 LEVEL = 25_000_000  # 2.5 V in steps of 0.1 uV
@@ -66,7 +65,7 @@ def engine(path: Path, dtype: str, n: int) -> dict[str, Any]:
         "seconds": time.perf_counter() - start_time,
         "sums": sums.tolist(),
         "counts": counts.tolist(),
-        "resident_gib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20,
+        "resident_gib": peak_bytes() / 2**30,
     }
 
 
@@ -91,18 +90,13 @@ def _squares(x: NDArray[np.int64], lag: int, start: int, length: int) -> int:
     return (int(np.dot(high, high)) << 32) + (int(np.dot(high, low)) << 17) + int(np.dot(low, low))
 
 
-def in_own_process(path: Path, dtype: str, n: int) -> dict[str, Any]:
-    command = [sys.executable, "-m", "benchmarks.billion_samples", "engine", str(path), dtype, str(n)]
-    return dict(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
-
-
 def main(folder: Path, n: int) -> None:
     runs = {}
     with tempfile.TemporaryDirectory(dir=folder) as temporary:
         path = Path(temporary) / "samples"
         for dtype in ("float32", "int32"):
             write(path, n, dtype)
-            runs[dtype] = in_own_process(path, dtype, n)
+            runs[dtype] = result_of("billion_samples", "engine", str(path), dtype, str(n))
         exact = exact_sums(path, n)
     difference = max(abs(s / e - 1) for s, e in zip(runs["int32"]["sums"], exact, strict=True))
     for run in runs.values():

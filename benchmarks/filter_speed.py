@@ -13,12 +13,9 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import resource
-import subprocess
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -29,6 +26,7 @@ from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.recording.records import Recording
 
 from .machine import describe, save
+from .processes import best_runs, peak_bytes, resident_bytes
 
 N_SAMPLES, STRETCH, ROUNDS, RATE = 19_353_600, 23_040, 4, 32.0
 WHITE, WALK, FLICKER = White(N=2.129e-4), RandomWalk(K=1.192e-6), Flicker(B=4.712e-5)
@@ -101,23 +99,17 @@ def contenders() -> dict[str, tuple[int, int, Callable[[Array], None]]]:
 def measure_here(name: str) -> dict[str, Any]:
     n, gap_every, contender = contenders()[name]
     contender(samples(2000))  # imports are not timed
-    before = int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+    before = resident_bytes()
     y = samples(n, gap_every)
     start = time.process_time()
     contender(y)
     seconds = time.process_time() - start
-    peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return {"n_samples": n, "nanoseconds": 1e9 * seconds / n, "megabytes": (peak - before - y.nbytes) / 1e6}
+    beyond = peak_bytes() - before - y.nbytes
+    return {"n_samples": n, "nanoseconds": 1e9 * seconds / n, "megabytes": beyond / 1e6}
 
 
 def main() -> None:
-    best: dict[str, dict[str, Any]] = {}
-    for _ in range(ROUNDS):
-        for name in contenders():
-            command = [sys.executable, "-m", "benchmarks.filter_speed", name]
-            run = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-            if name not in best or run["nanoseconds"] < best[name]["nanoseconds"]:
-                best[name] = run
+    best = best_runs("filter_speed", contenders(), ROUNDS, "nanoseconds")
     packages = [name for name in ("statsmodels", "filterpy") if importlib.util.find_spec(name)]
     notes = [
         "processor time of one thread, best of four; memory beyond the samples, without the temporary file",

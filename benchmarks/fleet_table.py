@@ -12,9 +12,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import re
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -30,6 +27,7 @@ from allanite.commands.fleet.labels import LogLabels
 from allanite.commands.fleet.table import arrow_type
 
 from .machine import describe, save
+from .processes import peak_bytes, result_of
 
 CHANNELS = ("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z")
 TERMS = ("Q", "N", "B", "K", "R", "sigma", "T")
@@ -105,9 +103,7 @@ def step(fleet: Path, what: str, logs: int) -> dict[str, float]:
             done.commit(rows)
         done.compact(LogLabels(PATTERN))
     seconds = time.process_time() - began
-    # ru_maxrss of a process begins with that of its parent
-    peak = re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())
-    return {"seconds": seconds, "megabytes": int(peak[1]) / 1024 if peak else float("nan")}
+    return {"seconds": seconds, "megabytes": peak_bytes() / 2**20}
 
 
 def measured(logs: int) -> dict[str, Any]:
@@ -117,10 +113,7 @@ def measured(logs: int) -> dict[str, Any]:
         make_parts(fleet, logs)
         made: dict[str, Any] = {}
         for name, what in STEPS.items():
-            command = [sys.executable, "-m", __spec__.name, "--logs", str(logs), "--step", what, str(fleet)]
-            made[name] = json.loads(
-                subprocess.run(command, capture_output=True, text=True, check=True).stdout
-            )
+            made[name] = result_of("fleet_table", "--logs", str(logs), "--step", what, str(fleet))
         files = [*(fleet / "fleet.parquet").iterdir()]
         made["size"] = sum(file.stat().st_size for file in files) / 1e6
         made["files"] = len(files)

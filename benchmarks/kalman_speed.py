@@ -17,13 +17,10 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import resource
-import subprocess
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,6 +31,7 @@ from allanite.filtering.kalman import Form, log_likelihood
 from allanite.noise import Flicker, NoiseModel, RandomWalk, StateSpace, White
 
 from .machine import describe, save
+from .processes import best_runs, peak_bytes, resident_bytes
 
 PEERS = ("statsmodels, conventional", "statsmodels, univariate")
 WHOLE = "statsmodels, whole record"
@@ -230,18 +228,10 @@ CONTENDERS: dict[str, tuple[int, Callable[[Array], Result]]] = {
 def measure_here(name: str) -> Result:
     n, contender = CONTENDERS[name]
     contender(samples(5000))  # imports and first call are not timed
-    before = _resident_bytes()
+    before = resident_bytes()
     y = samples(n)
     result = contender(y)
-    peak = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return {"n_samples": n, "megabytes": (peak - before - y.nbytes) / 1e6, **result}
-
-
-def measure(name: str) -> Result:
-    """One contender, in a process of its own."""
-    command = [sys.executable, "-m", "benchmarks.kalman_speed", name]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
-    return dict(json.loads(done.stdout))
+    return {"n_samples": n, "megabytes": (peak_bytes() - before - y.nbytes) / 1e6, **result}
 
 
 def long_run(*, square_root: bool) -> Result:
@@ -272,11 +262,6 @@ def long_run(*, square_root: bool) -> Result:
         "smallest_eigenvalue_ratio": float(eigenvalues[0] / eigenvalues[-1]),
         "from_steady_state": float(np.max(np.abs(covariance / steady - 1))),
     }
-
-
-def _resident_bytes() -> int:
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
-    return pages * resource.getpagesize()
 
 
 def nanoseconds(run: Result) -> float:
@@ -329,12 +314,7 @@ def main() -> None:
     packages = [name for name in ("statsmodels", "filterpy") if importlib.util.find_spec(name)]
     names = [name for name in CONTENDERS if not name.startswith(("statsmodels", "filterpy"))]
     names += [name for name in CONTENDERS if name.startswith(tuple(packages or ["-"]))]
-    best: dict[str, Result] = {}
-    for _ in range(ROUNDS):
-        for name in names:
-            run = measure(name)
-            if name not in best or run["seconds"] < best[name]["seconds"]:
-                best[name] = run
+    best = best_runs("kalman_speed", names, ROUNDS, "seconds")
     agreement = check_agreement(best)
     if agreement > 1e-9:
         raise SystemExit(f"the contenders disagree by {agreement:.1e}: no speed is worth that")
