@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import asdict
 
@@ -22,12 +21,10 @@ from allanite.views.blocks import (
 )
 from allanite.views.pieces import finding_rows
 from allanite.views.report import page_of
+from allanite.views.wording.powers import raised_powers
 from allanite.views.wording.study import CoefficientWording
 
 __all__ = ["plain_page"]
-
-_POWER = re.compile(r"(?<=[\d\]])e([+-]?\d+)")
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def plain_page(result: object, *, only: Collection[str] | None = None) -> dict[str, object]:
@@ -114,7 +111,7 @@ def _cell(cell: Cell) -> dict[str, object]:
 def _with_powers(value: object) -> object:
     """1.2e-05 as 1.2 × 10⁻⁵, in texts and lists of them."""
     if isinstance(value, str):
-        return _POWER.sub(lambda m: f"\u202f×\u202f10{str(int(m[1])).translate(_RAISED)}", value)
+        return raised_powers(value)
     if isinstance(value, Sequence):
         return [_with_powers(part) for part in value]
     return value

@@ -40,6 +40,7 @@ from allanite.views.figures.panel import (
     legend_entry,
     positive_range,
 )
+from allanite.views.wording.powers import raised_powers
 from allanite.views.wording.study import ChannelGroup, reading
 
 __all__ = [
@@ -382,7 +383,7 @@ class _Mark:
     """A term on the plane: a straight line with its reading point (a curve for Gauss-Markov)."""
 
     def __init__(self, term: TermType, factor: float, read_at: float, text: str) -> None:
-        self.term, self.factor, self.read_at, self.text = term, factor, read_at, text
+        self.term, self.factor, self.read_at, self.text = term, factor, read_at, raised_powers(text)
         self.symbol = term.symbols[0]
         self.slope = _SLOPE.get(self.symbol)
 

@@ -7,12 +7,12 @@ import math
 from dataclasses import dataclass
 
 from allanite.views.figures.panel import Axis, decades
+from allanite.views.wording.powers import raised
 
 __all__ = ["APART", "Ticks", "ticks_of"]
 
 APART = (44.0, 22.0)  # the least distance of two labels on paper [pt]: across, upwards
 
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 _SMALLEST, _LARGEST = 1e-4, 1e5  # numbers that are written without a power of ten
 _LEAST = 3.0  # points between the ticks of one decade, on average; closer ones would be a bar
@@ -81,7 +81,7 @@ def _numbers(low: float, high: float, most: int) -> Ticks:
 
 def power_of_ten(power: int) -> str:
     """1000 and 0.001 as such; beyond, as a power."""
-    return f"{10.0**power:g}" if -3 <= power <= 3 else f"10{str(power).translate(_RAISED)}"
+    return f"{10.0**power:g}" if -3 <= power <= 3 else f"10{raised(power)}"
 
 
 def number(value: float, step: float = 0.0) -> str:
@@ -91,4 +91,4 @@ def number(value: float, step: float = 0.0) -> str:
     if not value or _SMALLEST <= size < _LARGEST:
         return f"{value:.10g}".replace("-", "−")
     power = math.floor(math.log10(size) + 1e-12)
-    return f"{value / 10.0**power:.6g}×10{str(power).translate(_RAISED)}".replace("-", "−")
+    return f"{value / 10.0**power:.6g}×10{raised(power)}".replace("-", "−")

@@ -14,4 +14,5 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``difference``  the unit of a drift
 ``dead_reckoning``  which errors of a navigator are shown
 ``calibration``  parameters of a self-calibration
+``powers``   powers of ten with raised digits
 """
