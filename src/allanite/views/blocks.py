@@ -373,7 +373,7 @@ def drawn(id_: str, obj: object, caption: str, words: str, **options: object) ->
         sheet = sheet_of(obj, **options)
     except InputError:
         return []
-    return [Drawn(Figure.of(id_, sheet, caption, words))]
+    return [Drawn(Figure(id=id_, caption=caption, words=words, sheet=sheet))]
 
 
 def provenance(

@@ -47,11 +47,6 @@ class Figure:
     words: str
     sheet: Sheet
 
-    @classmethod
-    def of(cls, id_: str, sheet: Sheet, caption: str, words: str) -> Figure:
-        """The figure of a sheet; each of its two drawings is made when it is wanted."""
-        return cls(id=id_, caption=caption, words=words, sheet=sheet)
-
     @property
     def spec(self) -> Json:
         """The panels as plain data."""

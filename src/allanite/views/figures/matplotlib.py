@@ -51,7 +51,6 @@ _STYLES = {
 }
 _WIDTHS = {"solid": 1.1, "thin": 0.8}
 _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "down": "v", "cross": "X"}
-_LAST = ("95 % interval", "not in the fit")
 _OFFSETS = {"above": (0, 7), "below": (0, -7), "right": (7, 0), "left": (-7, 0)}
 _RC: dict[Any, Any] = {
     "font.family": ["sans-serif"],
@@ -98,7 +97,8 @@ def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
                 axes.set_xlabel("")
             if panel.drawing is None:
                 _axes_of(axes, look, numbered=numbered)
-            common |= {name: handle for name, handle in _entries(axes).items() if name != _plain(panel.title)}
+            common |= _entries(axes, panel)
+            common.pop(_plain(panel.title), None)
         if crowded:  # small panels have no room for a legend each: one below says it for all
             _legend(made, common, look, loc="lower center", ncols=4)
     return made
@@ -132,9 +132,9 @@ def _draw(axes: Axes, panel: Panel, box: Box, look: _PanelLook, *, titled: bool)
     if panel.key == "above":
         place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderpad": 0.1}
         place |= {"borderaxespad": 0.15 + landmarks / 8, "columnspacing": 1.4, "labelspacing": 0.3}
-        _legend(axes, _entries(axes), look, ncols=columns, least=1, **place)
+        _legend(axes, _entries(axes, panel), look, ncols=columns, least=1, **place)
     elif panel.curves and not look.crowded:
-        _legend(axes, _entries(axes), look, loc="best", borderaxespad=0.5)
+        _legend(axes, _entries(axes, panel), look, loc="best", borderaxespad=0.5)
 
 
 def _frame(axes: Axes, panel: Panel, look: _PanelLook) -> None:
@@ -434,11 +434,11 @@ def _written(axes: Axes, words: Words, look: _PanelLook, order: int) -> None:
 # -- legends ----------------------------------------------------------------------------------------------
 
 
-def _entries(axes: Axes) -> dict[str, Any]:
-    """Entries of a legend: the curves, their models, and last what holds for all of them."""
+def _entries(axes: Axes, panel: Panel) -> dict[str, Any]:
+    """What stands for each name of the legend."""
     handles, names = axes.get_legend_handles_labels()
-    unique = dict(zip(names, handles, strict=True))
-    return dict(sorted(unique.items(), key=lambda entry: _LAST.index(entry[0]) if entry[0] in _LAST else -1))
+    shown = dict(zip(names, handles, strict=True))
+    return {name: shown[name] for name in map(_plain, panel.entries) if name in shown}
 
 
 def _legend(

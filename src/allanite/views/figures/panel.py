@@ -344,12 +344,6 @@ class Panel:
         return self.height or (0.52 if self.x.log else 0.22)
 
     @property
-    def switches(self) -> tuple[Curve, ...]:
-        """The first curve of each axis, where a page can show and hide several; otherwise none."""
-        firsts = {curve.axis: curve for curve in reversed(self.curves) if curve.axis}
-        return tuple(reversed(firsts.values())) if len(firsts) > 1 else ()
-
-    @property
     def explained(self) -> tuple[SpanLook, ...]:
         """Kinds of span that need an entry in the legend, in the order of the table."""
         present = {span.kind for span in self.spans}
