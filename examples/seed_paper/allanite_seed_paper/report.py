@@ -86,7 +86,7 @@ def _figure(figures: Mapping[str, Any], name: str) -> PageBlock:
     figure = figures[name]
     label = f"Figure {figure.number} of the paper" if figure.number <= 13 else "Beyond the paper"
     caption = f"{label}. {figure.title}. {figure.caption} As a file: figures/{name}.pdf"
-    return Drawn(Figure.of(name, figure.sheet, caption, f"{label}: {figure.title}."))
+    return Drawn(Figure(id=name, caption=caption, words=f"{label}: {figure.title}.", sheet=figure.sheet))
 
 
 def _folded(figures: Mapping[str, Any], summary: str, *numbers: int) -> PageBlock:
