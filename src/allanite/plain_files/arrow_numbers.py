@@ -18,13 +18,15 @@ if TYPE_CHECKING:
 __all__ = ["arrow_of", "numbers_of", "whole_numbers_of"]
 
 
-def numbers_of(array: pa.Array | pa.ChunkedArray) -> NDArray[Any]:
-    """Copy numbers; those that are missing are NaN, and integers among them float64.
+def numbers_of(array: pa.Array | pa.ChunkedArray, *, copy: bool = True) -> NDArray[Any]:
+    """Numbers; those that are missing are NaN, and integers among them float64.
 
     Parameters
     ----------
     array : pyarrow.Array or pyarrow.ChunkedArray, shape (n,)
         Integers or floats of any width.
+    copy : bool
+        False: numbers of which none is missing may stay in the memory of the array, read-only.
 
     Returns
     -------
@@ -36,6 +38,13 @@ def numbers_of(array: pa.Array | pa.ChunkedArray) -> NDArray[Any]:
     pyarrow.ArrowInvalid
         A buffer is shorter than the array says; it is a ValueError.
     """
+    import pyarrow as pa
+
+    if not copy and array.null_count == 0:
+        array.validate()  # a file may state more values than its buffers hold
+        chunks = array.chunks if isinstance(array, pa.ChunkedArray) else [array]
+        if len(chunks) == 1:
+            return _values(chunks[0], np.dtype(array.type.to_pandas_dtype()))
     values, missing = whole_numbers_of(array)
     if missing.any():
         values = values if values.dtype.kind == "f" else values.astype(np.float64)

@@ -405,6 +405,7 @@ def _normalise(text: str) -> str:
     return text
 
 
+@lru_cache(maxsize=1024)  # reports ask for the same few units, thousands of times
 def _evaluate(text: str, acceleration: bool = False) -> _Value:
     if len(text) > _LONGEST_TEXT:
         raise InputError(f"{text[:_LONGEST_TEXT]!r}... is too long for a unit")

@@ -523,6 +523,8 @@ def scaled_samples(column: Column, scale: float, start: int, stop: int) -> Sampl
 
 
 def _without_overload(block: Samples) -> Samples:
+    if block.size == 0 or max(float(block.max()), -float(block.min())) < OVERLOAD:  # False for NaN
+        return block
     bad = np.abs(block) >= OVERLOAD
     if bad.any():
         block = np.where(bad, np.nan, block)

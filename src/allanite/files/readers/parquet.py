@@ -36,7 +36,7 @@ OPTIONS: Final[frozenset[str]] = frozenset()
 
 _PARQUET, _ARROW, _FEATHER, _STREAM = b"PAR1", b"ARROW1", b"FEA1", b"\xff\xff\xff\xff"
 _LARGEST_GROUP = 1 << 27  # rows decoded at once
-_KEPT_GROUPS, _LARGE = 3, 64 << 20  # groups kept; of larger ones [bytes] only one
+_KEPT_GROUPS, _LARGE = 3, 1 << 20  # groups kept of a column; of larger ones [bytes] only one
 _OURS = b"allanite"  # key of the file's metadata under which `write` keeps the channels
 _RATE_KEYS = (b"rate", b"sample_rate", b"sampling_rate", b"fs")
 
@@ -175,7 +175,7 @@ class _LazyColumn:
             parts.append(self._group(group)[start - offset : end - offset])
             start, group = end, group + 1
         if len(parts) == 1:
-            return np.array(parts[0])
+            return parts[0]
         return np.concatenate(parts) if parts else np.zeros(0)
 
     def _checked(self, group: int, origin: int) -> NDArray[np.float64]:
@@ -221,7 +221,7 @@ def _as_numbers(array: pa.ChunkedArray) -> pa.ChunkedArray:
 
 def _decoded(array: pa.ChunkedArray, origin: int) -> NDArray[np.float64]:
     if not origin:
-        return numbers_of(array).astype(np.float64, copy=False)
+        return numbers_of(array, copy=False).astype(np.float64, copy=False)
     values, missing = whole_numbers_of(array)
     away = (values - values.dtype.type(origin)).view(np.int64)
     return np.where(missing, np.nan, away.astype(np.float64))

@@ -6,6 +6,7 @@ Where they do is told by the whole column: it climbs to just below a known turn,
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,8 +51,9 @@ def unwrapped(column: Column, factor: float | None, turn: float | None = None) -
     turn : float, optional
         Where the stamps begin anew, if that is known; else it is told from them.
     """
-    falls, before, after, step = _falls(column)
-    if len(falls) == 0 or not step > 0:
+    falls, before, after = _falls(column)
+    step = _typical_step(column) if len(falls) else 0.0
+    if not step > 0:
         return None
     turn = _turn(before, after, step, factor, _first(column)) if turn is None else turn
     if turn is None:
@@ -65,29 +67,38 @@ def unwrapped(column: Column, factor: float | None, turn: float | None = None) -
     return UnwrappedColumn(ArrayColumn(values + column.origin + np.cumsum(gained)), turn, int(count.sum()))
 
 
-def _falls(column: Column) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], float]:
-    """Rows at which the values fall, the values before and there, and the typical step of those that rise."""
+def _falls(column: Column) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Rows at which the values fall, the values before and there."""
     rows, before, after = [], [], []
-    steps: list[float] = []
-    for start in range(0, len(column), _ROWS):
-        first = max(start - 1, 0)
-        part = column.read(first, min(start + _ROWS, len(column)))
-        difference = np.diff(part)
-        at = np.flatnonzero(difference < 0)
+    for first, part in _parts(column):
+        at = np.flatnonzero(part[1:] < part[:-1])
         rows.append(at + first + 1)
         before.append(part[at])
         after.append(part[at + 1])
-        rising = difference[difference > 0]
-        if len(rising):
-            steps.append(float(np.median(rising)))
-    step = float(np.median(steps)) if steps else 0.0
     origin = column.origin
     return (
         np.concatenate(rows).astype(np.int64) if rows else np.zeros(0, dtype=np.int64),
         np.concatenate(before) + origin if before else np.zeros(0),
         np.concatenate(after) + origin if after else np.zeros(0),
-        step,
     )
+
+
+def _typical_step(column: Column) -> float:
+    """The typical step of the values that rise; 0 where none does."""
+    steps: list[float] = []
+    for _, part in _parts(column):
+        difference = np.diff(part)
+        rising = difference[difference > 0]
+        if len(rising):
+            steps.append(float(np.median(rising)))
+    return float(np.median(steps)) if steps else 0.0
+
+
+def _parts(column: Column) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    """Parts of a column that share a row with the one before, each with its first row."""
+    for start in range(0, len(column), _ROWS):
+        first = max(start - 1, 0)
+        yield first, column.read(first, min(start + _ROWS, len(column)))
 
 
 def _turn(
