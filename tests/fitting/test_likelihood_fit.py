@@ -15,6 +15,7 @@ import allanite as al
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.likelihood.family import FLICKER
+from allanite.fitting.likelihood.objective import LikelihoodValue, Point, RandomTerm
 from allanite.fitting.likelihood.profile import coefficient_set, critical_value, slope_set
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, Sinusoid, White
 from allanite.recording.records import Recording
@@ -117,6 +118,25 @@ def test_more_terms_are_never_less_likely() -> None:
     problem = LikelihoodProblem.of(record(WALK, duration=1000.0))
     values = [problem.maximum(tuple(s)).log_likelihood for s in ("N", "NK", "NBK", "QNBK", "QNBKR")]
     assert (np.diff(values) > -1e-3).all()
+
+
+def test_a_correlation_time_at_its_longest_does_not_stop_the_climb() -> None:
+    """Where a random walk is wanted, a Gauss-Markov term goes to the longest time, and the others to their best."""
+    model = NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(1e-4, 10.0), RandomWalk(K=3e-5))
+    problem = LikelihoodProblem.of(record(model, duration=10_000.0, seed=3))
+    points: list[Point] = []
+
+    def counted(at: Point) -> LikelihoodValue:
+        points.append(at)
+        return problem.search.evaluate(at)
+
+    longest = problem.search.times[1]
+    terms = RandomTerm("N"), RandomTerm("G", 50.0), RandomTerm("G", longest / 3)
+    peak = replace(problem.search, evaluate=counted).climb(Point(terms, problem.start(terms)))
+    assert peak.at.components[2].T == pytest.approx(longest)
+    assert len(points) < 10
+    slope, bend = peak.value.gradient[:4], np.diag(peak.value.information)[:4]
+    assert np.abs(slope / np.sqrt(bend)).max() < 1e-2  # standard deviations away from the best
 
 
 # -- invariance -------------------------------------------------------------------------------------------

@@ -28,6 +28,16 @@ def test_an_aliased_line_is_named(method):
     assert "findings" not in al.fit(recorded(y), method=method, screen=False).goodness
 
 
+def test_findings_that_are_known_are_not_looked_for_again(monkeypatch):
+    y = np.random.default_rng(1).standard_normal(N_SAMPLES)
+    y[1000:1200] = y[1000]
+    record = recorded(y)
+    looked, known = al.fit(record), al.check(record)
+    monkeypatch.setattr("allanite.fitting.samples.check", None)
+    assert looked.goodness["findings"] and al.fit(record, screen=known) == looked
+    assert "findings" not in al.fit(record, screen=()).goodness
+
+
 def test_a_line_that_is_fitted_is_not_named():
     t = np.arange(N_SAMPLES)
     y = np.random.default_rng(1).standard_normal(N_SAMPLES) + 0.3 * np.sin(2 * np.pi * 0.21 * t)

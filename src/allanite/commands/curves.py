@@ -133,8 +133,12 @@ def fit_file(
     prepared, findings = ready_log(place, accept=accept, **options)
     if of_samples:
         asked: dict[str, Any] = {"lines": lines} if len(lines) else {}
+        # Of a single channel that lost nothing a second look would find the same.
+        same = len(prepared.channels) == 1 and not any(f.excludes for f in findings)
         models = {
-            name: fit(prepared, method=method, channel=name, terms=terms, **asked)
+            name: fit(
+                prepared, method=method, channel=name, terms=terms, screen=findings if same else True, **asked
+            )
             for name in noise_channels(prepared)
         }
     else:

@@ -25,10 +25,13 @@ from typing import TYPE_CHECKING, Any
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike
 
     from allanite.noise import NoiseModel
     from allanite.noise.allan import AllanCurve
+    from allanite.recording.health import Finding
     from allanite.recording.records import Channel, Recording
 
 __all__ = ["fit"]
@@ -44,7 +47,7 @@ def fit(
     exclude: ArrayLike | None = None,
     confidence: float = 0.95,
     floor: AllanCurve | None = None,
-    screen: bool = True,
+    screen: bool | Sequence[Finding] = True,
     **options: Any,
 ) -> NoiseModel:
     """Fit a noise model to the Allan curve of one channel, or to the samples of one channel.
@@ -64,10 +67,11 @@ def fit(
     floor : AllanCurve, optional
         For "moments": the curve of the instrument alone, on the interval and in the unit of `measured`
         (`allanite.fitting.instrument_floor.floor_of`). The model is that of the sensor without the instrument.
-    screen : bool
+    screen : bool or sequence of Finding
         Of a recording: look through its samples for lines, heavy tails and faults, which the model does not hold; see
         `allanite.fitting.samples`. Of a curve: hold the heavy tails that it knows of, and say what only samples
-        can tell. False where that was done.
+        can tell. False where that was done; what `allanite.recording.health.check` finds in the channel, where that
+        is known: it is not looked for again.
     **options
         Of a recording: `channel`, `terms` (the letters to fit), and what the method takes besides: "likelihood"
         `lines` [Hz], `engine` and `block` (see `allanite.fitting.likelihood.fit_likelihood`), "spectral" see
@@ -103,10 +107,11 @@ def fit(
             )
         model = _fit_recording(measured, method or "likelihood", {**options, "confidence": confidence})
         channels = [measured[options["channel"]]] if options.get("channel") else _noisy(measured)
-        model = screened(model, measured, channels[0].name) if screen and len(channels) == 1 else model
+        if screen is not False and len(channels) == 1:
+            model = screened(model, measured, channels[0].name, None if screen is True else screen)
     else:
         model = _fit_curve(measured, method or "moments", exclude, confidence, floor, options)
-        model = unscreened(model, measured) if screen else model
+        model = unscreened(model, measured) if screen is not False else model
         channels = list(measured.channels)
     return with_scale_uncertainty(model, channels[0].scale_uncertainty if len(channels) == 1 else None)
 

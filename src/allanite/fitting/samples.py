@@ -16,7 +16,7 @@ from allanite.errors import AllaniteError
 from allanite.fitting.tails import with_tails
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve
-from allanite.recording.health import Severity, check
+from allanite.recording.health import Finding, Severity, check
 from allanite.recording.health.tails import TailLaw, Tails, law_of
 from allanite.recording.records import Recording
 
@@ -27,15 +27,23 @@ _LINE = "spectral_line"
 _MOSTLY = 0.7
 
 
-def screened(model: NoiseModel, recording: Recording, name: str) -> NoiseModel:
+def screened(
+    model: NoiseModel, recording: Recording, name: str, findings: Sequence[Finding] | None = None
+) -> NoiseModel:
     """A model that was fitted to the samples of a channel, with what they show beside noise.
 
     The codes of the findings stand in `goodness` under "findings", and in the verdict.
+
+    Parameters
+    ----------
+    findings : sequence of Finding, optional
+        What `check` finds in the channel, where that is known.
     """
     alone = recording.select(name)
     missing = sum(int(np.isnan(samples).sum()) for _, samples in alone.blocks(name))
     model = with_tails(model, law_of(alone, name), alone.n_samples - missing)
-    codes = [f.code for f in check(alone) if f.severity is not Severity.INFO]
+    findings = check(alone) if findings is None else findings
+    codes = [f.code for f in findings if f.severity is not Severity.INFO]
     codes += [_LINE] if _has_lines(alone, model) else []
     if not codes:
         return model

@@ -118,15 +118,38 @@ class LikelihoodSearch:
         return Peak(at, value)
 
     def _step(self, at: Point, value: LikelihoodValue, held: frozenset[int]) -> tuple[Array, float]:
-        """Step of (c, ln T), and how much it promises."""
-        from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
+        """Step of (c, ln T), and how much it promises.
 
+        A correlation time that would pass the longest one goes there, and the others step as is best with it: stepping
+        for a time that cannot follow, they would lose as much as they promise.
+        """
         n, g, H = len(at.c), value.gradient, value.information
+        moving = [i for i in self._moving(at, held) if H[i, i] > 0]
+        step, promised = self._toward(at, g, H, moving)
+        longest = math.log(self.times[1])
+        room = {n + j: longest - math.log(T) for j, T in enumerate(_times(at))}
+        ends = [i for i in moving if i >= n and step[i] > room[i]]
+        if ends:
+            way = np.array([room[i] for i in ends])
+            rest = [i for i in moving if i not in ends]
+            step, promised = self._toward(at, g - H[:, ends] @ way, H, rest)
+            step[ends] = way
+            promised += float(g[ends] @ way - way @ H[np.ix_(ends, ends)] @ way / 2)
+        step[n:] = np.clip(step[n:], -_FARTHEST, _FARTHEST)
+        return step, promised
+
+    def _moving(self, at: Point, held: frozenset[int]) -> list[int]:
+        """Positions in the gradient of what may move; the time of a term that is not there may not."""
+        n = len(at.c)
         timed = [i for i, k in enumerate(at.components) if k.T is not None]
         moving = [i for i in range(n) if i not in held]
-        moving += [n + j for j, i in enumerate(timed) if n + j not in held and at.c[i] > 0]
-        moving = [i for i in moving if H[i, i] > 0]
-        step = np.zeros(len(g))
+        return moving + [n + j for j, i in enumerate(timed) if n + j not in held and at.c[i] > 0]
+
+    def _toward(self, at: Point, g: Array, H: Array, moving: Sequence[int]) -> tuple[Array, float]:
+        """Step to the maximum of a quadratic in what moves, coefficients staying >= 0, and how much it promises."""
+        from scipy.linalg.lapack import dpotrf, dpotrs, dtrtrs
+
+        n, step = len(at.c), np.zeros(len(g))
         if not moving:
             return step, 0.0
         places = np.array(moving)
@@ -134,10 +157,8 @@ class LikelihoodSearch:
         scale = np.sqrt(H.diagonal())
         H = H / (scale[:, None] * scale)
         H.flat[:: len(H) + 1] = 1 + 1e-9
-        shortest = math.log(self.times[0])
-        here = np.array(
-            [at.c[i] if i < n else math.log(at.components[timed[i - n]].T or 1) - shortest for i in moving]
-        )
+        shortest, times = math.log(self.times[0]), _times(at)
+        here = np.array([at.c[i] if i < n else math.log(times[i - n]) - shortest for i in moving])
         L, refused = dpotrf(H, lower=1, clean=1)
         if refused:
             raise np.linalg.LinAlgError("the expected information is not positive definite")
@@ -147,10 +168,8 @@ class LikelihoodSearch:
         if wanted.min() < 0:
             wanted = nonnegative(L.T, dtrtrs(L, target, lower=1)[0])
         d = wanted - y
-        promised = float(d @ (g / scale) - d @ H @ d / 2)
-        step[moving] = d / scale
-        step[n:] = np.clip(step[n:], -_FARTHEST, _FARTHEST)
-        return step, promised
+        step[places] = d / scale
+        return step, float(d @ (g / scale) - d @ H @ d / 2)
 
     def _moved(self, at: Point, step: Array) -> Point:
         n = len(at.c)
@@ -164,6 +183,11 @@ class LikelihoodSearch:
                     components[i] = RandomTerm(k.symbol, T)
                 j += 1
         return replace(at, components=tuple(components), c=c)
+
+
+def _times(at: Point) -> list[float]:
+    """Correlation times, in the order of the gradient."""
+    return [k.T for k in at.components if k.T is not None]
 
 
 def maximise(

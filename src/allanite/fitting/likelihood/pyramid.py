@@ -136,7 +136,7 @@ def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> LikelihoodPyr
     present = 0
     for chunk in chunks:
         present += int(np.count_nonzero(np.isfinite(chunk)))
-        _climb(levels, 0, np.asarray(chunk, dtype=np.float64), np.zeros((len(chunk), EXTRA)), top)
+        _climb(levels, 0, np.asarray(chunk, dtype=np.float64), _without_extra(len(chunk)), top)
     for i, level in enumerate(levels):
         _climb(levels, i + 1, *level.close(), top)
     values, extra = top.joined()
@@ -160,6 +160,18 @@ def _climb(levels: list[_BlockLevel], i: int, values: Array, extra: Array, top: 
         values, extra = level.feed(values, extra)
     top.values.append(values)
     top.extra.append(extra)
+
+
+def _without_extra(n_rows: int) -> Array:
+    """Extra noise of rows that have none, in the memory of a single number: it would take ten times theirs."""
+    return np.broadcast_to(0.0, (n_rows, EXTRA))
+
+
+def _one_after_another(first: Array, second: Array) -> Array:
+    """Extra noise of rows or blocks and of those that follow; where there is none, it takes no memory either."""
+    if not (any(first.strides) or any(second.strides)):
+        return np.broadcast_to(0.0, (len(first) + len(second), *second.shape[1:]))
+    return np.concatenate([first, second])
 
 
 @dataclass(slots=True)
@@ -225,8 +237,8 @@ class _BlockLevel:
         self.size, self.block, self.number, self.edge = size, block, number, size // 2
         self.rows_made = 0
         self.gap_shape, self.gap_walk = np.zeros(size), 0.0
-        self._pending = np.zeros(0), np.zeros((0, EXTRA))
-        self._held = np.zeros((0, size)), np.zeros((0, size, EXTRA))
+        self._pending = np.zeros(0), _without_extra(0)
+        self._held = np.zeros((0, size)), np.broadcast_to(0.0, (0, size, EXTRA))
         self._linked = _VectorSums(size + self.edge + 2, 3 * size)
         self._bare = _VectorSums(size, size)
         self._groups = {n: _Groups(n, size) for n in GROUPS if n <= size}
@@ -234,7 +246,7 @@ class _BlockLevel:
     def feed(self, values: Array, extra: Array) -> tuple[Array, Array]:
         """Take in rows; the means of the blocks that they complete."""
         values = np.concatenate([self._pending[0], values])
-        extra = np.concatenate([self._pending[1], extra])
+        extra = _one_after_another(self._pending[1], extra)
         whole = len(values) // self.size * self.size
         self._pending = values[whole:], extra[whole:]
         return self._blocks(
@@ -246,7 +258,7 @@ class _BlockLevel:
         rest = self.size - len(self._pending[0])
         made = np.zeros(0), np.zeros((0, EXTRA))
         if rest < self.size:
-            made = self.feed(np.full(rest, np.nan), np.zeros((rest, EXTRA)))
+            made = self.feed(np.full(rest, np.nan), _without_extra(rest))
         if len(self._held[0]):
             self._pool(*self._held, first=len(self._held[0]) - 1, last=len(self._held[0]))
         return made
@@ -256,7 +268,10 @@ class _BlockLevel:
             return np.zeros(0), np.zeros((0, EXTRA))
         made = self._means(values, extra)
         before = len(self._held[0])
-        values, extra = np.concatenate([self._held[0], values]), np.concatenate([self._held[1], extra])
+        values, extra = (
+            np.concatenate([self._held[0], values]),
+            _one_after_another(self._held[1], extra),
+        )
         self._pool(values, extra, first=max(before - 1, 0), last=len(values) - 1)
         self._held = values[-2:], extra[-2:]
         self.rows_made += int(np.isfinite(made[0]).sum())
@@ -267,7 +282,7 @@ class _BlockLevel:
     def _means(self, values: Array, extra: Array) -> tuple[Array, Array]:
         """Row of each block for the next level, and by how much its noise exceeds that of a complete one."""
         mean = values.mean(axis=1)
-        spread = extra.sum(axis=1) / self.size**2
+        spread = extra.sum(axis=1) / self.size**2 if any(extra.strides) else np.zeros((len(values), EXTRA))
         spread[:, KINDS] *= self.size  # a mean, not a variance
         partial = np.flatnonzero(np.isnan(mean))
         if len(partial):
