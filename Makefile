@@ -65,7 +65,7 @@ links: $(VENV)/.docs ## do the links of the documents to other sites still work?
 lint: $(VENV)/.dev ## style, security (the S rules of ruff), types and the import contract
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	MYPY_NUM_WORKERS=$(MYPY_NUM_WORKERS) $(BIN)/mypy --strict src examples/seed_paper/allanite_seed_paper
+	MYPY_NUM_WORKERS=$(MYPY_NUM_WORKERS) $(BIN)/mypy --strict src verification examples/seed_paper/allanite_seed_paper
 	$(BIN)/lint-imports --no-cache
 
 kernels-test: ## the C++ kernels alone, with sanitizers, without Python

@@ -69,7 +69,7 @@ def _row(what: str, expected: str, found: str, passes: bool) -> Json:
 
 
 def _e1(seed: int, count: int) -> list[Json]:
-    worst, rates = 0.0, []
+    worst, rates = 0.0, list[float]()
     for k in range(12):
         motion = UnitMotion.still((0, 0, 30 * k * DEG), duration=60.0)
         found, error = _aligned(motion, math.pi / 4, spans=[[0, 600]])

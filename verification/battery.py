@@ -28,6 +28,7 @@ from allanite.noise.allan import covariance
 from allanite.noise.allan.degrees import chi_square_factors
 from allanite.recording.records import Recording
 from verification.curves import MODELS
+from verification.gates import at_least
 from verification.spread import Say, spread
 
 __all__ = ["run_battery"]
@@ -234,7 +235,13 @@ def _sum(records: int, seed: int, workers: int) -> list[Json]:
                 known = [abs(x) for s in scores if (x := s[fit][symbol]) is not None]
                 inside = float(np.mean([x <= 3 for x in known])) if known else None
                 able = bound.get(symbol, math.inf) < _IDENTIFIABLE
-                row = {"model": name, "fit": fit, "term": symbol, "records": records, "identifiable": able}
+                row: Json = {
+                    "model": name,
+                    "fit": fit,
+                    "term": symbol,
+                    "records": records,
+                    "identifiable": able,
+                }
                 row |= {
                     "bound": bound.get(symbol),
                     "stated_in": len(known) / records,
@@ -364,7 +371,7 @@ def _twenty(records: int, seed: int) -> list[Json]:
             truth = np.sqrt(model.avar_sampled(curve.lags, 1.0))
             held += (curve.lower[:, 0] <= truth) & (truth <= curve.upper[:, 0])
         share = held / records
-        low = 0.95 - 3.29 * math.sqrt(0.95 * 0.05 / records)
+        gate = at_least(records)
         row = {"model": name, "records": records, "m = 1": share[0], "m = 2": share[1], "m = 4": share[2]}
-        rows.append({**row, "gate": f"at least {low:.3f}", "passes": bool(np.all(share >= low))})
+        rows.append({**row, **gate.columns(), "passes": gate.holds(*share)})
     return rows

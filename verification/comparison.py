@@ -14,14 +14,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import binom
 
 from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.noise.allan import AllanCurve, allan_curve
+from allanite.quantities.quantity import Quantity
 from allanite.recording.records import Sampling
 from allanite.stability.record_comparison.estimation import compare
 from allanite.stability.record_comparison.results import Comparison
+from verification.gates import at_least, at_most
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_coverage", "run_power", "run_size"]
@@ -101,13 +102,8 @@ def run_size(seed: int, say: Say, records: int, workers: int, cache: Path | None
         for name in ("channel", "curves", "joint", "lags", "stands out", "N", "B", "K"):
             p = [f[name] for f in found if name in f]
             row[name] = sum(v < 0.05 for v in p) / records if p else None
-        most = binom.ppf(0.999, records, 0.05) / records
-        row["gate"] = bool(
-            all(
-                v is None or v <= most
-                for v in (row[n] for n in ("channel", "curves", "joint", "N", "B", "K"))
-            )
-        )
+        gate, tests = at_most(records), ("channel", "curves", "joint", "N", "B", "K")
+        row |= {**gate.columns(), "passes": gate.holds(*(row[n] for n in tests if row[n] is not None))}
         rows.append(row)
         say(str(row))
     return rows
@@ -130,7 +126,8 @@ def _power(task: tuple[str, int]) -> Json:
     models = [_model(N, B, RESOLVED)] * 4 + [_model(f[0] * N, f[1] * B, f[2] * RESOLVED)]
     c = _compared(models, task[1]).channels[0]
     own = next((p for p in c.parameters if p.symbol == task[0][0]), None)
-    named = any(o is not None and o.p < 0.05 and o.record == "r4" for o in (c.outlier, own and own.outlier))
+    outliers = (c.outlier, None if own is None else own.outlier)
+    named = any(o is not None and o.p < 0.05 and o.record == "r4" for o in outliers)
     return {
         "channel": c.p < 0.05,
         "parameter": own is not None and own.equality is not None and own.equality.p < 0.05,
@@ -175,14 +172,20 @@ def _coverage(task: tuple[int, float, int]) -> Json:
         if p is None:  # the term is in no record's fit, or not in enough of them
             out[symbol] = None
             continue
-        ahead = p.next_lower is None or p.next_lower <= truth * factors[k, i] <= (p.next_upper or 0.0)
-        out[symbol] = (p.lower <= truth <= p.upper, p.spread_lower <= spread <= p.spread_upper, ahead)
+        low, high = p.next_sensor or (0.0, math.inf)
+        ahead = low <= truth * factors[k, i] <= high
+        out[symbol] = (_inside(p.middle, truth), _inside(p.spread, spread), ahead)
     return out
+
+
+def _inside(quantity: Quantity, truth: float) -> bool:
+    """Whether an interval, or an upper limit, holds the truth."""
+    return bool((quantity.lower or 0.0) <= truth <= (math.inf if quantity.upper is None else quantity.upper))
 
 
 def run_coverage(seed: int, say: Say, records: int, workers: int, cache: Path | None) -> list[Json]:
     """Coverage of the 95 % intervals of the middle, the spread and the next sensor."""
-    rows = []
+    rows: list[Json] = []
     for k in (3, 10):
         for sd in SPREADS:
             first = 2_000_000 + seed % 10_000 + 10_000 * len(rows)
@@ -194,8 +197,11 @@ def run_coverage(seed: int, say: Say, records: int, workers: int, cache: Path | 
                 row: Json = {"records": k, "spread": sd, "parameter": symbol, "comparisons": len(seen)}
                 for i, name in enumerate(("mean", "spread_covered", "next")):
                     row[name] = sum(s[i] for s in seen) / max(len(seen), 1)
-                least = binom.ppf(0.001, len(seen), 0.95) / max(len(seen), 1)
-                row["gate"] = bool(min(row["mean"], row["spread_covered"], row["next"]) >= least)
+                gate = at_least(len(seen))
+                row |= {
+                    **gate.columns(),
+                    "passes": gate.holds(row["mean"], row["spread_covered"], row["next"]),
+                }
                 rows.append(row)
                 say(str(row))
     return rows

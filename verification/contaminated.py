@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Contaminated noise: coverage of N with and without the contaminated samples, and what is taken for it.
 
-A case passes where both 95 % sets cover in the 99.9 % binomial bounds. The look-alikes are called contaminated in no
-more records than the stated false-alarm probability makes once in 1000 runs.
+A case passes where both 95 % sets cover as stated (`verification.gates`). The look-alikes are called contaminated in
+no more records than the stated false-alarm probability makes once in 1000 runs.
 """
 
 from __future__ import annotations
@@ -16,14 +16,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binom
 
 from allanite.fitting import fit
 from allanite.fitting.tails import contamination_of, with_tails
 from allanite.noise.allan import allan_curve
 from allanite.recording.health.tails import ALARM, law_of
 from allanite.recording.records import Recording
-from verification.coverage import gates
+from verification.gates import at_most, within
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_contaminated", "run_look_alikes"]
@@ -67,7 +66,7 @@ def run_contaminated(
     for case, (share, ratio) in enumerate(CASES):
         place = place_of(cache, "contaminated", share, ratio)
         found = spread(partial(_one, root, case), range(records), workers=workers, say=say, place=place)
-        low, high = gates(records)
+        gate = within(records)
         seen, gaussian, whole, without = (sum(bool(f[k]) for f in found) / records for k in range(4))
         rows.append(
             {
@@ -78,8 +77,8 @@ def run_contaminated(
                 "covered_by_a_Gaussian_interval": gaussian,
                 "N_covered": whole,
                 "N_without_covered": without,
-                "bounds": [low, high],
-                "passes": bool(low <= whole <= high and low <= without <= high),
+                **gate.columns(),
+                "passes": gate.holds(whole, without),
             }
         )
         say(f"{share} {ratio}: {rows[-1]}")
@@ -138,14 +137,15 @@ def run_look_alikes(root: int, say: Say, records: int, workers: int, cache: Path
         found = Counter(
             spread(partial(_law, root, name), range(records), workers=workers, say=say, place=place)
         )
-        wrong = found.get("contaminated", 0)
+        wrong, gate = found.get("contaminated", 0) / records, at_most(records, ALARM)
         rows.append(
             {
                 "case": name,
                 "records": records,
                 "called": {k: v / records for k, v in sorted(found.items())},
-                "called_contaminated": wrong / records,
-                "passes": bool(wrong <= binom.ppf(0.999, records, ALARM)),
+                "called_contaminated": wrong,
+                **gate.columns(),
+                "passes": gate.holds(wrong),
             }
         )
         say(f"{name}: {rows[-1]}")

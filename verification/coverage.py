@@ -2,7 +2,7 @@
 """Coverage of the 95 % sets, false declarations and efficiency, over many simulated records.
 
 Every record counts, supported or not. Where the truth is zero, or smaller than three of the bounds of its record, a set
-is one-sided and only its lower gate applies. Gates are 99.9 % binomial bounds for 95 %.
+is one-sided and only its lower gate applies: see `verification.gates`.
 """
 
 from __future__ import annotations
@@ -16,21 +16,15 @@ import numpy as np
 import allanite as al
 from allanite.fitting.likelihood import fit_problem
 from allanite.noise import NoiseModel
+from verification.gates import at_least, within
 from verification.scenarios import HARDER, SCENARIOS, Scenario
 from verification.short_chain import FROM, short_chain
 from verification.spread import spread
 
-__all__ = ["evaluate", "gates", "run"]
+__all__ = ["evaluate", "run"]
 
 Json = dict[str, Any]
 ROOT_SEED = 20261121
-
-
-def gates(runs: int) -> tuple[float, float]:
-    """99.9 % bounds of the share of 95 % sets that cover, for this many records."""
-    from scipy.stats import binom
-
-    return float(binom.ppf(0.0005, runs, 0.95) / runs), float(binom.ppf(0.9995, runs, 0.95) / runs)
 
 
 def one(method: str, name: str, index: int) -> Json:
@@ -82,13 +76,13 @@ def run(name: str, runs: int, workers: int, folder: Path, method: str = "moments
 def evaluate(scenario: Scenario, results: list[Json]) -> Json:
     """Coverage of every parameter, declarations of absent terms, and efficiency."""
     truth, bounds = scenario.truth(), scenario.bounds()
-    low, high = gates(len(results))
     rows = []
     for symbol, value in truth.items():
         sets = [_estimate(r, scenario.family, symbol) for r in results]
         covered = [e is not None and e[1] <= value <= (math.inf if e[2] is None else e[2]) for e in sets]
         weak = value == 0 or 3 * bounds.get(symbol, math.inf) > 1
         share = float(np.mean(covered))
+        gate = (at_least if weak else within)(len(results))
         rows.append(
             {
                 "symbol": symbol,
@@ -96,7 +90,8 @@ def evaluate(scenario: Scenario, results: list[Json]) -> Json:
                 "bound": bounds.get(symbol),
                 "coverage": share,
                 "one_sided": weak,
-                "passes": share >= low and (weak or share <= high),
+                **gate.columns(),
+                "passes": gate.holds(share),
                 "supported": float(np.mean([e is not None and e[3] for e in sets])),
                 "rms": _rms(sets, value),
             }
@@ -106,7 +101,6 @@ def evaluate(scenario: Scenario, results: list[Json]) -> Json:
         "rate": scenario.rate,
         "duration": scenario.duration,
         "records": len(results),
-        "gate": [low, high],
         "parameters": rows,
         "false": _false(scenario, results, truth),
         "undecided": float(np.mean([len(r["printed"]) == 2 for r in results])),

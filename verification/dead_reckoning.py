@@ -110,7 +110,7 @@ STATES = {
 
 def run_dead_reckoning(seed: int, say: Callable[[str], None], units: int = UNITS) -> list[Json]:
     """One row for each case, time and state."""
-    rows = []
+    rows: list[Json] = []
     for number, (name, case) in enumerate(CASES.items()):
         budget = dead_reckon(
             case.models, latitude=case.latitude, duration=case.times[-1], times=case.times, initial=case.initial,
@@ -137,7 +137,7 @@ def run_dead_reckoning(seed: int, say: Callable[[str], None], units: int = UNITS
                         "rms_over_sd": round(ratio, 4), "passes": GATE[0] <= ratio <= GATE[1],
                     }
                 )  # fmt: skip
-        ratios = [r["rms_over_sd"] for r in rows if r["case"] == name]
+        ratios: list[float] = [r["rms_over_sd"] for r in rows if r["case"] == name]
         say(f"{name}: rms/sd {min(ratios):.3f} to {max(ratios):.3f}")
     return rows
 

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from verification.earth_rate import CALIBRATED, CONFIDENT, EFFICIENT, GATE, INVISIBLE
+from verification.earth_rate import CALIBRATED, CONFIDENT, EFFICIENT, INVISIBLE
 
 __all__ = ["write_earth"]
 
@@ -25,6 +25,7 @@ def write_earth(parts: dict[str, Any], folder: Path, *, seed: int, date: str) ->
 
 
 def _takes(rows: list[Json], seed: int, date: str) -> list[str]:
+    low, high = rows[0]["gate"]
     lines = [
         "# The Earth rate: does its interval hold?",
         "",
@@ -33,7 +34,8 @@ def _takes(rows: list[Json], seed: int, date: str) -> list[str]:
         "as stated, relative to the Earth's rate. *Bound*: generalised least squares with the true noise of the twin",
         "and the same dwells. All twins count, whatever their verdict.",
         "",
-        f"Bars: coverage of the 95 % interval {GATE[0]} to {GATE[1]}, rms error over stated",
+        f"Bars: coverage of the 95 % interval {low:.3f} to {high:.3f} (true coverage {rows[0]['rejects']} is rejected",
+        "with 90 % probability), rms error over stated",
         f"sd {CALIBRATED[0]} to {CALIBRATED[1]},",
         f"rms error at most {EFFICIENT} times the bound.",
         "",
@@ -122,7 +124,10 @@ def _picture(rows: list[Json], path: Path) -> None:
 
     figure = Figure(figsize=(9, 0.3 * len(rows) + 1.5), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
-    bands = ((GATE, "share of 95 % intervals that hold the truth"), (CALIBRATED, "rms error over stated sd"))
+    bands = (
+        (rows[0]["gate"], "share of 95 % intervals that hold the truth"),
+        (CALIBRATED, "rms error over stated sd"),
+    )
     for ax, (band, label) in zip(axes, bands, strict=True):
         ax.axvspan(*band, color="#d5e5f5", label="bar")
         ax.set_xlabel(label)

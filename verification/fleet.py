@@ -20,7 +20,6 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 from scipy.special import ndtr
-from scipy.stats import binom
 
 from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
@@ -30,6 +29,7 @@ from allanite.stability.fleet.log_profiles import profiles_of
 from allanite.stability.fleet.population import describe_fleet
 from allanite.stability.fleet.results import CoefficientPopulation, FleetPopulation
 from allanite.stability.record_comparison.series import record_of
+from verification.gates import at_least, within
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_discoveries", "run_law", "run_samples"]
@@ -185,16 +185,14 @@ _TESTED = ("middle", "spread", "lots", "repeats", "temperature", "upper bound", 
 def _row(name: str, results: Sequence[Json]) -> Json:
     row: Json = {"fleet": name, "fleets": len(results)}
     n = len(results)
-    least, most = (float(binom.ppf(q, n, 0.95)) / n for q in (0.0005, 0.9995))
-    inside = []
+    gate, bound, inside = within(n), at_least(n), []
     for what in _TESTED:
         if what in results[0]:
             row[what] = sum(r[what] for r in results) / n
-            inside.append(least <= row[what] if "bound" in what else least <= row[what] <= most)
+            inside.append((bound if "bound" in what else gate).holds(row[what]))
     row["next unit"] = float(np.mean([r["next"] for r in results]))
     row["logs resolved"] = float(np.mean([r["resolved"] for r in results]))
-    row["band"] = [least, most]
-    row["gate"] = bool(all(inside) and abs(row["next unit"] - 0.95) < 0.022)
+    row |= {**gate.columns(), "passes": all(inside) and abs(row["next unit"] - 0.95) < 0.022}
     return row
 
 
@@ -293,7 +291,7 @@ def run_discoveries(seed: int, say: Say, fleets: int, workers: int, cache: Path 
             "standard error": error,
             "displaced units named": sum(r["named"] - r["false"] for r in results)
             / max(sum(r["apart"] for r in results), 1),
-            "gate": bool(share.mean() - 3.3 * error <= 0.05),
+            "passes": bool(share.mean() - 3.3 * error <= 0.05),
         }
         rows.append(row)
         say(str(row))

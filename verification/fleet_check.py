@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from scipy.stats import binom
-
 from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.noise.allan import allan_curve
 from allanite.stability.fleet.checking import AcceptanceLimit, CheckVerdict, LimitSource, check_unit
+from verification.gates import at_most
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_at_the_limit"]
@@ -47,17 +46,15 @@ def _checked(task: tuple[float, int]) -> Json:
 
 def _row(duration: float, results: Sequence[Json]) -> Json:
     counts = {what: Counter(r[what] for r in results) for what in (*_LIMITS, "unit")}
-    most = int(binom.ppf(0.999, len(results), _WRONG))
+    gate = at_most(len(results), _WRONG)
     row: Json = {"record [h]": duration / 3600, "records": len(results)}
     for symbol in _LIMITS:
         row[f"{symbol} passes"] = counts[symbol][CheckVerdict.PASS.value] / len(results)
         row[f"{symbol} fails"] = counts[symbol][CheckVerdict.FAIL.value] / len(results)
     row["unit passes"] = counts["unit"][CheckVerdict.PASS.value] / len(results)
     row["unit fails"] = counts["unit"][CheckVerdict.FAIL.value] / len(results)
-    row["at most"] = most / len(results)
-    passing = [counts[symbol][CheckVerdict.PASS.value] for symbol in _LIMITS]
-    row["gate"] = max(*passing, counts["unit"][CheckVerdict.FAIL.value]) <= most
-    return row
+    wrong = [*(row[f"{symbol} passes"] for symbol in _LIMITS), row["unit fails"]]
+    return row | {**gate.columns(), "passes": gate.holds(*wrong)}
 
 
 def run_at_the_limit(seed: int, say: Say, records: int, workers: int, cache: Path | None) -> list[Json]:

@@ -3,7 +3,7 @@
 
 A sensor is simulated through an instrument, and the instrument once more, alone. Both are fitted together. A set covers
 where it holds the sensor's own coefficient; for a term that the sensor does not have, zero. The difference of the two
-curves is counted lag by lag. Gates are 99.9 % binomial bounds for 95 %; where the truth is zero only the lower one
+curves is counted lag by lag. Where the truth is zero only the lower end of the gate
 applies.
 """
 
@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import binom
 
 import allanite as al
 from allanite.fitting.instrument_floor import over_floor
 from allanite.noise import Flicker, NoiseModel, RandomWalk, TermType, White
+from verification.gates import at_least, within
 from verification.spread import Say, place_of, spread
 
 __all__ = ["CASES", "run_floor"]
@@ -94,10 +94,9 @@ def run_floor(
             answers = [held[symbol] for held, _ in found if symbol in held]
             if not answers:
                 continue
-            low, high = (float(binom.ppf(q, len(answers), 0.95)) / len(answers) for q in (0.0005, 0.9995))
             covered, supported = (sum(a[k] for a in answers) / len(answers) for k in (0, 1))
             # a set of a coefficient that is zero, or that an upper limit ends, covers more often
-            two_sided = symbol in truth and supported == 1
+            gate = (within if symbol in truth and supported == 1 else at_least)(len(answers))
             rows.append(
                 {
                     "case": name,
@@ -105,7 +104,8 @@ def run_floor(
                     "records": len(answers),
                     "coverage": covered,
                     "supported": supported,
-                    "passes": low <= covered and (covered <= high or not two_sided),
+                    **gate.columns(),
+                    "passes": gate.holds(covered),
                 }
             )
         inside, lags = (sum(counts[k] for _, counts in found) for k in (0, 1))

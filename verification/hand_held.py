@@ -198,7 +198,7 @@ def _motion(
     fine, dt = RATE * FINE, 1 / (RATE * FINE)
     sizes = [round(length * RATE) * FINE for length, _ in pieces]
     n = sum(sizes)
-    t = np.arange(n) * dt
+    t = np.arange(n, dtype=np.float64) * dt
     amount, turn, push = np.empty(n), np.zeros((n, 3)), np.zeros((n, 3))
     own = math.exp(0.3 * rng.standard_normal())
     rests, steady, at = [], [], 0
@@ -215,12 +215,12 @@ def _motion(
             turn[part] = 30 * (u * (1 - u)) ** 2 * vector * fine / size
             push[part] = rng.uniform(0.3, 2.0) * np.sin(2 * np.pi * u) * rng.standard_normal(3)
         at += size
-    amount = _eased(amount, round(0.15 * fine))[:, None]
+    eased = _eased(amount, round(0.15 * fine))[:, None]
     parts = _passed_on(sizes)
     wander = hand.wander * _waves(t, SLOW, parts, rng) + hand.tremor * _waves(t, FAST, parts, rng)
     place = hand.sway * _waves(t, SLOW, parts, rng) + hand.shake * _waves(t, FAST, parts, rng)
-    rate = turn + np.gradient(wander * amount, dt, axis=0)
-    return rate, push + np.gradient(np.gradient(place * amount, dt, axis=0), dt, axis=0), rests, steady
+    rate = turn + np.gradient(wander * eased, dt, axis=0)
+    return rate, push + np.gradient(np.gradient(place * eased, dt, axis=0), dt, axis=0), rests, steady
 
 
 def _eased(values: Array, width: int) -> Array:

@@ -15,21 +15,22 @@ from typing import Any
 
 import numpy as np
 from scipy.special import ndtri, stdtr
-from scipy.stats import binom, chi2
+from scipy.stats import chi2
 
 from allanite.errors import AllaniteError
 from allanite.experiments.calibration import calibrate
+from verification.gates import within
 from verification.hand_held import LATITUDE, G, held_record
 from verification.spread import Say, place_of, spread
 
-__all__ = ["SCATTER_OF_TURNS", "TWENTY", "band", "calibrate_held", "repeats", "run_hand_held"]
+__all__ = ["SCATTER_OF_TURNS", "TWENTY", "calibrate_held", "repeats", "run_hand_held"]
 
 Json = dict[str, Any]
 
 #: Records of one unit.
 TWENTY = 20
-#: Probability of the bands, and the coverage that is stated.
-BAND, STATED = 0.999, 0.95
+#: Probability of the bands.
+BAND = 0.999
 #: A table: scatter that few turns cannot tell from chance widens the intervals where it is found.
 SCATTER_OF_TURNS = "Gyro misalignments where the turns were found to scatter beyond the noise, and where not"
 #: Verdicts after which the numbers stand.
@@ -89,22 +90,16 @@ def run_hand_held(
     }
 
 
-def band(count: int) -> tuple[float, float]:
-    """Shares of so many intervals that the binomial law allows."""
-    tail = (1 - BAND) / 2
-    return float(binom.ppf(tail, count, STATED)) / count, float(binom.ppf(1 - tail, count, STATED)) / count
-
-
 def _coverage(name: str, records: list[Json]) -> Json:
     own = [r["parameters"][name] for r in records if name in r["parameters"]]
-    share, (low, high) = float(np.mean([p[3] for p in own])), band(len(own))
+    share, gate = float(np.mean([p[3] for p in own])), within(len(own))
     return {
         "parameter": name,
         "records": len(own),
         "sd": float(np.median([p[1] for p in own])),
         "coverage": share,
-        "band": [low, high],
-        "passes": low <= share <= high,
+        **gate.columns(),
+        "passes": gate.holds(share),
     }
 
 

@@ -2,7 +2,8 @@
 """Held samples: the rate of a sensor slower than its log, and coverage of N of its values, each taken once.
 
 A sensor of white noise renews its value by its own clock; the log reads it at jittering times. A case passes where the
-95 % set of N covers in the 99.9 % binomial bounds and the rate lies within four standard uncertainties in all records.
+95 % set of N covers as stated (`verification.gates`) and the rate lies within four standard uncertainties in all
+records.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from allanite.noise.allan import allan_curve
 from allanite.recording.cleaning.rows import at_own_rates
 from allanite.recording.health import check
 from allanite.recording.records import Recording
-from verification.coverage import gates
+from verification.gates import within
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_alarms", "run_held"]
@@ -72,7 +73,7 @@ def run_held(root: int, say: Say, records: int, workers: int, cache: Path | None
         place = place_of(cache, "held", name)
         work = partial(_one, root, case)
         found = spread(work, range(records), workers=workers, say=say, place=place)
-        low, high = gates(records)
+        gate = within(records)
         covered, rated, seen = (sum(bool(f[k]) for f in found) / records for k in (0, 1, 2))
         rows.append(
             {
@@ -83,8 +84,8 @@ def run_held(root: int, say: Say, records: int, workers: int, cache: Path | None
                 "rate_within_4_u": rated,
                 "N_over_truth": float(np.nanmean([f[3] for f in found])),
                 "N_covered": covered,
-                "bounds": [low, high],
-                "passes": bool(low <= covered <= high and rated == 1.0 and seen == 1.0),
+                **gate.columns(),
+                "passes": gate.holds(covered) and rated == 1.0 and seen == 1.0,
             }
         )
         say(f"{name}: {rows[-1]}")

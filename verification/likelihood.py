@@ -80,7 +80,7 @@ def _by_moments(record: Recording) -> Json:
     at = Family(chosen.data, GAUSS_MARKOV)({"Q": 0.0, "R": 0.0})
 
     def amplitude(symbol: str) -> float:
-        return math.sqrt(at.coefficient(symbol) * chosen.scale) * curve.dt ** TIME_POWER[symbol]
+        return float(math.sqrt(at.coefficient(symbol) * chosen.scale) * curve.dt ** TIME_POWER[symbol])
 
     slow = GaussMarkov.from_sigma(amplitude("G"), (at.T or 1.0) * curve.dt)
     return {"N": amplitude("N"), "B_equiv": slow.B_equiv, "T": slow.T, "K": amplitude("K")}

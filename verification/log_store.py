@@ -332,7 +332,7 @@ def run_monitor(share: float = 1.0) -> list[Json]:
 
 def _noise(second: int) -> Batch:
     """A second of white noise in both channels."""
-    batch = batch_of(32 * second)
+    batch: Batch = batch_of(32 * second)
     return replace(batch, values=np.random.default_rng(second).standard_normal(batch.values.shape))
 
 
@@ -372,9 +372,10 @@ def _read(folder: Path) -> list[int]:
     from allanite.errors import FormatError
 
     try:
-        return numbers_of(folder)
+        read: list[int] = numbers_of(folder)
     except FormatError:
         return []
+    return read
 
 
 def _traced(inject: str) -> Json:

@@ -17,6 +17,7 @@ import numpy as np
 
 from allanite.experiments.calibration import calibrate
 from allanite.experiments.position_planning import plan_positions
+from allanite.experiments.position_planning.results import Candidates
 from allanite.filtering.simulation import UnitMotion, simulate_unit
 from allanite.noise import Flicker, NoiseModel, White
 from allanite.quantities.attitude import attitude_of
@@ -30,7 +31,7 @@ ACCELEROMETER = NoiseModel.of(White(N=1e-3), Flicker(B=2e-4), kind="acceleration
 MEMS = NoiseModel.of(White(N=1e-4), Flicker(B=2e-5))
 NAVIGATION = NoiseModel.of(White(N=3e-7), Flicker(B=5e-9))
 #: Name, models, goals, candidates.
-CASES: tuple[tuple[str, dict[str, NoiseModel], dict[str, float], str], ...] = (
+CASES: tuple[tuple[str, dict[str, NoiseModel], dict[str, float], Candidates], ...] = (
     (
         "MEMS, faces and edges",
         {"accelerometer": ACCELEROMETER, "gyro": MEMS},

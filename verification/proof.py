@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from textwrap import wrap
@@ -60,7 +61,8 @@ _HEAD = """# The proof
 
 Every claim of this package, tested by simulation. Records with known truth are analyzed as a user's would be; every
 record counts, whether a parameter was reported present or not. A row holds if it is within the statistical bounds that
-its table states (99.9 % for most), so one row in a thousand fails by chance.
+its table states (99.9 % for most), so one row in a thousand fails by chance. *Rejects* is what a row that holds can
+say: true shares that even the weakest row would reject with 90 % probability.
 `make verify` repeats everything, `python -m verification likelihood --share 0.1` a tenth of one part, from fixed seeds.
 This page is made from the results in `verification/results`, and a test compares it with them.
 The limits of the data, and of every check, are on
@@ -90,6 +92,8 @@ Each page names its machine; `make bench` measures yours.
 * [A long series on the page](../benchmarks/results/page_speed.md), and [its bounds](../verification/results/page.md)
 * [Decimated engine](../benchmarks/results/decimation_loss.md): the degrees of freedom that it loses
 * [Other tools](../verification/results/scoreboard.md): every row of the scoreboard"""
+#: Gates whose lower end is below this are those of false alarms.
+_ALARM = 0.3
 #: Columns that hold a row by being zero.
 _NONE = (
     "acknowledged_lost",
@@ -109,15 +113,15 @@ def proof_page() -> str:
     done = {name: _read(name) for name in CLAIMS if (RESULTS / f"{name}.json").exists()}
     lines = [
         *_HEAD.splitlines(),
-        "| claim | records of each row | rows | hold | run of | table |",
-        "|---|---|---|---|---|---|",
+        "| claim | records of each row | rejects | rows | hold | run of | table |",
+        "|---|---|---|---|---|---|---|",
     ]
     for name, document in done.items():
         rows = list(_judged(document))
         held = sum(good for _, good in rows)
         records = _records(document)
         lines.append(
-            f"| {CLAIMS[name]} | {records} | {len(rows)} | {held} | {document['date']} | "
+            f"| {CLAIMS[name]} | {records} | {_power(document)} | {len(rows)} | {held} | {document['date']} | "
             f"[{name.replace('_', ' ')}](../verification/results/{name}.md) |"
         )
     lines += ["", "## What does not hold", ""]
@@ -170,7 +174,7 @@ def _read(name: str) -> dict[str, Any]:
 def _rows(value: Any, words: str = "") -> Iterator[tuple[str, Json]]:
     """Every row of a document with the words that tell it from the others; rows within rows as their own."""
     if isinstance(value, Mapping):
-        own = ", ".join(str(v) for v in value.values() if isinstance(v, str))
+        own = ", ".join(str(v) for key, v in value.items() if isinstance(v, str) and key != "rejects")
         within = [v for v in value.values() if isinstance(v, list) and v and isinstance(v[0], Mapping)]
         yield f"{words}: {own}" if words and own else own or words, value
         for inner in within:
@@ -193,13 +197,32 @@ def _judged(document: Json) -> Iterator[tuple[str, bool]]:
                 yield words, all(verdicts)
 
 
+def _power(document: Json) -> str:
+    """Of shares that should be large and of false alarms: what the weakest row rejects."""
+    gates = [
+        (row["gate"], str(row["rejects"]))
+        for part in document.values()
+        for _, row in _rows(part)
+        if isinstance(row.get("gate"), list) and "rejects" in row
+    ]
+    below = [float(share) for _, words in gates for share in re.findall(r"below ([\d.]+)", words)]
+    above = [
+        float(share)
+        for (low, _), words in gates
+        if not low or low < _ALARM
+        for share in re.findall(r"above ([\d.]+)", words)
+    ]
+    words = [f"coverage below {min(below):.3g}"] if below else []
+    return "; ".join(words + ([f"alarms above {max(above):.3g}"] if above else []))
+
+
 def _records(document: Json) -> str:
     """How many records a row has, from the least to the most."""
     counts = [
         row[key]
         for part in document.values()
         for _, row in _rows(part)
-        for key in ("records", "twins", "comparisons", "runs")
+        for key in ("records", "twins", "comparisons", "fleets", "runs")
         if isinstance(row.get(key), int) and row[key] > 12  # smaller: how many records a comparison has
     ]
     if not counts:

@@ -27,16 +27,15 @@ from allanite.experiments.rate_table import (
 )
 from allanite.noise import GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.recording.records import Recording
+from verification.gates import at_least, within
 
-__all__ = ["DESIGNS", "GATE", "NOISE", "run_rate_table", "table_of", "truth_of", "twin"]
+__all__ = ["DESIGNS", "NOISE", "run_rate_table", "table_of", "truth_of", "twin"]
 
 Json = dict[str, Any]
 Array = NDArray[np.float64]
 
 DEG = math.pi / 180
 RATE, FULL = 20.0, 100 * DEG
-#: 99.9 % band of a coverage of 95 % in 1000 records.
-GATE = 0.927, 0.972
 NOISE = NoiseModel.of(
     White(N=0.005 * DEG), GaussMarkov.from_sigma(0.003 * DEG, 100.0), RandomWalk(K=5e-5 * DEG)
 )
@@ -56,7 +55,7 @@ _RATES = (0, 10, -10, 30, -30, 60, -60, 100, -100, 0, 100, -100, 60, -60, 30, -3
 def table_of(kind: str) -> RateTable:
     """Steps of half a minute, twice each; a triangle of two minutes; or a sinusoid of ten seconds."""
     if kind == "steps":
-        start = 30.0 * np.arange(len(_RATES))
+        start = 30.0 * np.arange(len(_RATES), dtype=np.float64)
         return RateSteps(start=start, stop=start + 30.0, rate=np.array(_RATES) * DEG)
     if kind == "sweep":
         t = np.arange(0.0, 600.05, 0.1)
@@ -156,6 +155,7 @@ def run_rate_table(
             kind, fitted, known = DESIGNS[design]
             found = pool.map(_one, [(seed, design, k) for k in range(records)], chunksize=4)
             failed = sum(bool(row["failed"]) for row in found) / records
+            gate = (within if known else at_least)(records)
             for name in [n for n in found[0] if n not in ("verdict", "failed")]:
                 error, inside, sd = np.array([row[name] for row in found], dtype=np.float64).T
                 coverage = float(inside.mean())
@@ -170,7 +170,8 @@ def run_rate_table(
                         "rms": math.sqrt(float(np.mean(error**2))),
                         "sd": float(np.median(sd)),
                         "blamed": failed,
-                        "passes": GATE[0] <= coverage and (coverage <= GATE[1] or not known),
+                        **gate.columns(),
+                        "passes": gate.holds(coverage),
                     }
                 )
             say(f"rate table: {kind}, {fitted}, {'known' if known else 'own'} noise: done")

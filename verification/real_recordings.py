@@ -144,7 +144,8 @@ def section(record: Record, study: al.Study) -> str:
     """One recording's part."""
     lines = [f"## {record.title}", "", record.about, ""]
     lines += ["| channel | term | ours | published |", "|---|---|---|---|"]
-    for channel in study.to_json()["channels"]:
+    channels: Any = study.to_json()["channels"]
+    for channel in channels:
         for name, ours in _rows(channel):
             lines.append(
                 f"| {channel['name']} | {name} | {ours} | {record.published.get((channel['name'], name), '')} |"

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binom
 
 from allanite.experiments.redundancy import Combination, combine
 from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.recording.records import Recording
+from verification.gates import at_most, within
 
 __all__ = ["run_false_alarms", "run_faults", "run_intervals"]
 
@@ -56,7 +56,7 @@ def _combined(y: Array, model: NoiseModel, directions: Array | None) -> Combinat
 
 def run_false_alarms(seed: int, say: Say, runs: int = 1000) -> list[Json]:
     """Records without a fault that give one, stated 5 %; and calls of shared noise, stated 1 %."""
-    rows = []
+    rows, gate = [], at_most(runs)
     for number, (name, n, directions, model) in enumerate(CASES):
         alarms = shared = 0
         for i in range(runs):
@@ -68,10 +68,9 @@ def run_false_alarms(seed: int, say: Say, runs: int = 1000) -> list[Json]:
                 "case": name,
                 "records": runs,
                 "alarms": alarms / runs,
+                **gate.columns(),
                 "shared_noise_called": shared / runs,
-                "passes": bool(
-                    alarms <= binom.ppf(0.999, runs, 0.05) and shared <= binom.ppf(0.999, runs, 0.01)
-                ),
+                "passes": gate.holds(alarms / runs) and at_most(runs, 0.01).holds(shared / runs),
             }
         )
         say(f"{name}: alarms {alarms / runs:.3f}, shared noise {shared / runs:.3f}")
@@ -80,8 +79,7 @@ def run_false_alarms(seed: int, say: Say, runs: int = 1000) -> list[Json]:
 
 def run_intervals(seed: int, say: Say, runs: int = 1000) -> list[Json]:
     """Coverage of the 95 % intervals of gain and of a correlation of 0.4, at the shortest time and at 10 s."""
-    rows = []
-    low, high = binom.ppf(0.0005, runs, 0.95) / runs, binom.ppf(0.9995, runs, 0.95) / runs
+    rows, gate = [], within(runs)
     for r in (0.0, 0.4):
         gain, correlation = np.zeros(2), 0
         for i in range(runs):
@@ -94,7 +92,8 @@ def run_intervals(seed: int, say: Say, runs: int = 1000) -> list[Json]:
             for k, tau in enumerate((1 / RATE, 10.0)):
                 at = int(np.argmin(np.abs(np.log(found.tau / tau))))
                 gain[k] += found.gain_lower[at, 0] <= true <= found.gain_upper[at, 0]
-            correlation += found.shared[0].lower <= r <= found.shared[0].upper
+            shared = found.shared[0].correlation
+            correlation += shared.lower <= r <= shared.upper
         cover = [*(gain / runs), correlation / runs]
         rows.append(
             {
@@ -103,7 +102,8 @@ def run_intervals(seed: int, say: Say, runs: int = 1000) -> list[Json]:
                 "gain_at_shortest": cover[0],
                 "gain_at_10_s": cover[1],
                 "correlation_covered": cover[2],
-                "passes": bool(all(low <= c <= high for c in cover)),
+                **gate.columns(),
+                "passes": gate.holds(*cover),
             }
         )
         say(f"correlation {r}: coverage {cover}")
@@ -112,7 +112,7 @@ def run_intervals(seed: int, say: Say, runs: int = 1000) -> list[Json]:
 
 def run_faults(seed: int, say: Say, runs: int = 200) -> list[Json]:
     """Faults of one sensor of six around a cone: how often seen, and how often rightly and wrongly named."""
-    rows = []
+    rows, gate = [], at_most(runs)
     for kind, size in (("step", 5.0), ("step", 2.0), ("drift", 10.0), ("noise", 3.0), ("stuck", 0.0)):
         seen = named = wrong = 0
         for i in range(runs):
@@ -133,7 +133,8 @@ def run_faults(seed: int, say: Say, runs: int = 200) -> list[Json]:
                 "seen": seen / runs,
                 "named": named / runs,
                 "wrongly_named": wrong / runs,
-                "passes": bool(wrong <= binom.ppf(0.999, runs, 0.05)),
+                **gate.columns(),
+                "passes": gate.holds(wrong / runs),
             }
         )
         say(f"{kind} {size}: seen {seen / runs:.2f}, named {named / runs:.2f}, wrongly {wrong / runs:.3f}")

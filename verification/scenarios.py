@@ -76,9 +76,9 @@ class Scenario:
         values = {"Q": 0.0, "N": 0.0, "K": 0.0, "R": 0.0}
         values |= {"B": 0.0} if self.family == "flicker" else {}
         markov = sorted((t for t in self.model.terms if isinstance(t, GaussMarkov)), key=lambda t: t.T)
-        for rank, term in enumerate(markov):
+        for rank, slow in enumerate(markov):
             end = f"_{rank + 1}" if rank else ""
-            values |= {f"B_equiv{end}": term.B_equiv, f"T{end}": term.T}
+            values |= {f"B_equiv{end}": slow.B_equiv, f"T{end}": slow.T}
         for term in self.model.terms:
             if not isinstance(term, GaussMarkov | Sinusoid):
                 values[term.symbols[0]] = getattr(term, term.symbols[0])

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binom
 
 from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.recording.records import Recording
 from allanite.stability.shared_noise import separate_noise
+from verification.gates import at_least, within
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_shared_noise"]
@@ -104,16 +104,15 @@ def run_shared_noise(
             for k, v in curve.items()
             if (common is not None or not k.startswith("common")) and f" {WIDE} " not in k
         }
-        low, high = (binom.ppf(q, runs, 0.95) / runs for q in (0.0005, 0.9995))
+        gate = within(runs)
         rows.append(
             {
                 "case": name,
                 "records": runs,
                 "shared_noise_seen": sum(seen for _, seen in found) / runs,
                 **share,
-                "passes": bool(
-                    all(v <= high for v in positive.values()) and all(v >= low for v in share.values())
-                ),
+                **gate.columns(),
+                "passes": at_least(runs).holds(*share.values()) and gate.holds(*positive.values()),
             }
         )
         say(f"{name}: {rows[-1]}")

@@ -6,7 +6,6 @@ Records of 1024 samples. Theo1 is held against its own expectation, the others a
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -22,6 +21,7 @@ from allanite.noise.allan.statistics import STATISTICS, complete_runs, phase_of,
 from allanite.noise.allan.theo import sums_of_inner_squares
 from allanite.recording.records import Recording
 from verification.curves import LEVEL, MODELS, N
+from verification.gates import at_least, at_most
 
 __all__ = ["run_alone", "run_bias", "run_coverage", "run_gain", "run_gaps", "run_outliers"]
 
@@ -37,13 +37,8 @@ LAGS = {
     "theo1": (10, 32, 128, 512, 1024),
     "theobr": (64, 128, 256, 512, 1024),
 }
-#: Row U3: the binomial bounds of the number of records, and 0.0118 above: chi-square is never narrow, slightly wide.
+#: Row U3: chi-square is never narrow, and at most so much too wide.
 _WIDE = 0.0118
-
-
-def _gate(runs: int) -> tuple[float, float]:
-    spread = 3.29 * math.sqrt(LEVEL * (1 - LEVEL) / runs)
-    return LEVEL - spread, LEVEL + _WIDE + spread
 
 
 def _records(model: NoiseModel, runs: int, seed: int) -> Array:
@@ -83,17 +78,21 @@ def _law(name: str, model: NoiseModel, lags: Lags) -> tuple[Array, Array, Array]
 def run_coverage(name: str, seed: int, say: Say, runs: int) -> list[Json]:
     """Coverage of the intervals of one statistic under the true model, a row for each noise."""
     rows, lags = [], np.array(LAGS[name], dtype=np.int64)
-    low_gate, high_gate = _gate(runs)
+    low, high = at_least(runs, LEVEL), at_most(runs, LEVEL + _WIDE)
+    cells = {
+        "gate": [low.low, high.high],
+        "rejects": f"{low.columns()['rejects']}, {high.columns()['rejects']}",
+    }
     for k, (noise, model) in enumerate(MODELS.items()):
         truth, edf, shape = _law(name, model, lags)
         found = _estimates(name, _records(model, runs, seed + 100 * k), lags)
-        low, high = shifted_factors(edf, shape, LEVEL)
+        factors = shifted_factors(edf, shape, LEVEL)
         there = np.isfinite(found)
-        inside = (found * low**2 <= truth) & (truth <= found * high**2)
+        inside = (found * factors[0] ** 2 <= truth) & (truth <= found * factors[1] ** 2)
         share = inside.sum(axis=0) / there.sum(axis=0)
         # The ratio of the short lags is not that of the long ones where the noise changes its kind.
         gated = not (name == "theobr" and noise.startswith("Gauss"))
-        passes = bool(np.all((share >= low_gate) & (share <= high_gate))) if gated else None
+        passes = low.holds(*share) and high.holds(*share) if gated else None
         row = {
             "noise": noise,
             "records": runs,
@@ -102,7 +101,7 @@ def run_coverage(name: str, seed: int, say: Say, runs: int) -> list[Json]:
         row["mean over truth"] = [round(float(v), 3) for v in np.nanmean(found, axis=0) / truth]
         if not there.all():
             row["without a value"] = [round(float(v), 4) for v in 1 - there.mean(axis=0)]
-        rows.append({**row, "passes": passes})
+        rows.append({**row, **(cells if gated else {}), "passes": passes})
         say(f"{name}, {noise}: {share.round(4).tolist()}")
     return rows
 
@@ -110,7 +109,7 @@ def run_coverage(name: str, seed: int, say: Say, runs: int) -> list[Json]:
 def run_gaps(seed: int, say: Say, runs: int) -> list[Json]:
     """Coverage under the model with a tenth of the samples missing, in blocks of 51 (row U13)."""
     missing = np.array([[128 * i + 40, 128 * i + 91] for i in (1, 6)], dtype=np.int64)
-    rows = []
+    rows, gate = [], at_least(runs, LEVEL)
     for k, (noise, model) in enumerate(MODELS.items()):
         y = _records(model, runs, seed + 100 * k + 25).copy()
         for first, last in missing:
@@ -132,7 +131,7 @@ def run_gaps(seed: int, say: Say, runs: int) -> list[Json]:
             rows.append(
                 {"noise": noise, "statistic": name, "records": runs,
                  **{f"m = {m}": round(float(s), 4) for m, s in zip(lags, share, strict=True)},
-                 "passes": bool(np.all(share >= _gate(runs)[0]))}
+                 **gate.columns(), "passes": gate.holds(*share)}
             )  # fmt: skip
             say(f"gaps, {noise}, {name}: {share.round(3).tolist()}")
     return rows

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binom
 
 from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.recording.records import Recording
 from allanite.stability.variation import examine_variation
+from verification.gates import at_least, at_most, within
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_changes", "run_constant"]
@@ -89,17 +89,18 @@ def run_constant(
             say=say,
             place=place_of(cache, "variation", name),
         )
-        wrong, marked = (sum(r[k] for r in found) for k in (0, 1))
+        wrong, marked = (sum(r[k] for r in found) / runs for k in (0, 1))
         own = sum(r[2] for r in found) / sum(r[3] for r in found)
-        bar = binom.ppf(0.999, runs, LEVEL)
+        gate = at_most(runs, LEVEL)
         rows.append(
             {
                 "case": name,
                 "records": runs,
-                "said_to_change": wrong / runs,
-                "with_a_marked_window": marked / runs,
+                "said_to_change": wrong,
+                "with_a_marked_window": marked,
                 "tests_of_single_lags_below_5_%": own,
-                "passes": bool(wrong <= bar),
+                **gate.columns(),
+                "passes": gate.holds(wrong),
             }
         )
         say(f"{name}: {rows[-1]}")
@@ -141,7 +142,7 @@ def run_changes(
         )
         single = [r for r in found if math.isfinite(r[4])]
         named = [r for r in single if r[1]]
-        low, high = (binom.ppf(q, max(len(named), 1), 0.95) / max(len(named), 1) for q in (0.0005, 0.9995))
+        gate = within(max(len(named), 1))
         size, time = (sum(r[k] for r in named) / max(len(named), 1) for k in (2, 3))
         rows.append(
             {
@@ -154,7 +155,8 @@ def run_changes(
                 "time_covered": time,
                 "mean_size": float(np.mean([r[4] for r in named])) if named else math.nan,
                 "true_size": factor,
-                "passes": bool(low <= size <= high and time >= low),
+                **gate.columns(),
+                "passes": gate.holds(size) and at_least(gate.records).holds(time),
             }
         )
         say(f"{name}: {rows[-1]}")

@@ -328,12 +328,19 @@ def _week(number: int) -> list[list[float]]:
     """
     record = simulate(seed_paper.sensor(), rate=1.0, duration=seed_paper.WEEK, seed=SEED + number)
     fine = read_slopes(al.allan_curve(record, taus=40))
-    read = [fine.estimate(s).value for s in ("T", "B", "K")]
+    read = [_value(fine, s) for s in ("T", "B", "K")]
     model = al.fit(al.allan_curve(record))
     bias = next(t for t in model.terms if isinstance(t, GaussMarkov))
-    fitted = [bias.T, bias.B_equiv, model.estimate("K").value]
+    fitted = [bias.T, bias.B_equiv, _value(model, "K")]
     truth = (seed_paper.T_B, seed_paper.B, seed_paper.K)
     return [[v / t - 1 for v, t in zip(values, truth, strict=True)] for values in (read, fitted)]
+
+
+def _value(model: al.NoiseModel, symbol: str) -> float:
+    estimate = model.estimate(symbol)
+    assert estimate is not None
+    assert estimate.value is not None
+    return estimate.value
 
 
 # -- four: without reversals ------------------------------------------------------------------------------
@@ -347,7 +354,7 @@ def at_rest() -> Json:
         duration=LENGTHS["25 min"],
         seed=ONE,
         unit="deg/s",
-        motion=al.filtering.simulation.Motion.still(),
+        motion=al.Motion.still(),
         latitude=seed_paper.LATITUDE,
         turn_on_bias=0.02 * DEG,
     )

@@ -61,14 +61,16 @@ def _avar(y: NDArray[Any], lags: Lags) -> Array:
     import avar
 
     z = np.asarray(y, dtype=np.float64)
-    return np.sqrt(avar.variance(z - z.mean(), lags))
+    return np.asarray(np.sqrt(avar.variance(z - z.mean(), lags)))
 
 
 def _allan_variance(y: NDArray[Any], lags: Lags) -> Array:
     """Its own log grid of as many lags."""
     from allan_variance import compute_avar
 
-    return np.sqrt(compute_avar(y, tau_min=int(lags[0]), tau_max=int(lags[-1]), n_clusters=len(lags))[1])
+    return np.asarray(
+        np.sqrt(compute_avar(y, tau_min=int(lags[0]), tau_max=int(lags[-1]), n_clusters=len(lags))[1])
+    )
 
 
 def _allanite(y: NDArray[Any], lags: Lags, threads: int = 1) -> Array:

@@ -59,7 +59,7 @@ def _at_lags(tau: Array, sigma: Array) -> Array:
 def _avar(y: NDArray[Any]) -> Array:
     import avar
 
-    return np.sqrt(avar.variance(y, LAGS))
+    return np.asarray(np.sqrt(avar.variance(y, LAGS)))
 
 
 def _allan_variance(y: NDArray[Any]) -> Array:

@@ -28,7 +28,8 @@ def draw(document: Json, path: Path) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(11.5, 8.2), layout="constrained")
-    upper, lower = figure.subfigures(2, 1, height_ratios=[1.55, 1.0])
+    places: Any = figure.subfigures(2, 1, height_ratios=[1.55, 1.0])
+    upper, lower = places
     _ratios(upper, document["Parameters"])
     _bars(lower, document["Bars of the curve"])
     figure.savefig(path, dpi=120, metadata={"Software": None})

@@ -32,7 +32,7 @@ def allan_variance_ros(y: Array, rate: float) -> dict[str, float]:
     N is the line of slope -1/2 through all bins below 10 s, at 1 s; K the line of slope +1/2 through *all* bins, at
     3 s; B the minimum of the curve and T_b its place.
     """
-    tau = 0.1 * np.arange(1, 10_000)
+    tau = 0.1 * np.arange(1, 10_000, dtype=np.float64)
     bins = np.maximum((tau * rate).astype(np.int64), 1)
     sigma = _bin_deviation(y, bins)
     ok = np.isfinite(sigma) & (sigma > 0)
