@@ -126,11 +126,14 @@ class _Combined(Calculated):
     def read(self, start: int, stop: int) -> Array:
         y = np.stack([self._sensor(i, start, stop) for i in range(len(self.sources))], axis=-1)
         out = np.full(len(y), np.nan)
-        patterns, which = np.unique(~np.isnan(y), axis=0, return_inverse=True)
+        there, begins = ~np.isnan(y), np.ones(len(y), dtype=bool)
+        begins[1:] = (there[1:] != there[:-1]).any(axis=1)  # runs of rows are few: only these are sorted
+        patterns, which = np.unique(there[begins], axis=0, return_inverse=True)
+        pattern = which.ravel()[np.cumsum(begins) - 1]
         for p, use in enumerate(patterns):
             weights = self.weighing.of(use)
             if weights is not None:
-                rows = which.ravel() == p
+                rows = pattern == p
                 out[rows] = np.where(use, y[rows], 0.0) @ weights[self.axis]
         return out
 
