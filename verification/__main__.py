@@ -123,6 +123,19 @@ def _fleet(order: Order) -> None:
     write_tables("fleet", "Population of a fleet", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _sensors(order: Order) -> None:
+    from verification.sensors import run_coverage, run_ranks, run_sensors
+    from verification.tables import write_tables
+
+    made = run_sensors(ROOT_SEED, _say, order.count(2000), order.workers, order.cache)
+    parts = {
+        "Coverage of sets at five levels": run_coverage(made),
+        "Ranks of coefficients that every set resolves": run_ranks(made),
+    }
+    title = "Sensors drawn from a prior"
+    write_tables("sensors", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
 def _fleet_check(order: Order) -> None:
     from verification.fleet_check import run_at_the_limit
     from verification.tables import write_tables
@@ -536,6 +549,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "earth": _earth,
     "north": _north,
     "rate-vector": _rate_vector,
+    "sensors": _sensors,
     "fleet": _fleet,
     "fleet-check": _fleet_check,
     "rate-table": _rate_table,
@@ -589,6 +603,9 @@ def main() -> None:
     order = Order(share=given.share, workers=given.workers, cache=given.cache, date=today)
     for name in given.parts or [part for part in PARTS if part not in NAMED]:
         PARTS[name](order)
+    from verification.proof import draw
+
+    draw(HERE / "results" / "proof.png")
 
 
 if __name__ == "__main__":
