@@ -14,6 +14,7 @@ matrix costs a few microseconds.
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -62,6 +63,8 @@ TIME_OF = {"G": "T", "G2": "T_2"}
 _POWER_LAW, _SLOW = "P", "H"  # of symbols that carry their shape
 #: SI amplitude = amplitude in sample units * (sample interval)^power.
 TIME_POWER = {"Q": 1.0, "N": 0.5, "B": 0.0, "G": 0.0, "G2": 0.0, "K": -0.5, "R": -1.0}
+#: Channels that are fitted at the same time share a design: none makes what another one is making.
+_ONE_AT_A_TIME = threading.Lock()
 #: Grid of correlation times on which covariances are computed: the covariance needs T to some percent only.
 _TIMES_PER_OCTAVE = 2
 #: Spacing in ln T of the columns between which others are interpolated: within 3e-8 of them.
@@ -209,8 +212,9 @@ class CurveDesign:
 
     def expect_power_laws(self, slopes: Sequence[float]) -> None:
         """Compute what the covariances of several power laws need, in one pass: they share their logarithms."""
-        new = [slope for slope in slopes if power_law_symbol(slope) not in self._cross]
-        self._cross |= zip(map(power_law_symbol, new), self.pairs.power_laws(new), strict=True)
+        with _ONE_AT_A_TIME:
+            new = [slope for slope in slopes if power_law_symbol(slope) not in self._cross]
+            self._cross |= zip(map(power_law_symbol, new), self.pairs.power_laws(new), strict=True)
 
     def _r12(self, process: str) -> Array:
         if process not in self._cross:
@@ -275,7 +279,8 @@ def design_of(
     """The design of a record; kept in memory for records without gaps, because channels and runs share it."""
     key = tuple(int(m) for m in lags)
     if starts is None:
-        return _kept(key, n_samples, sampling)
+        with _ONE_AT_A_TIME:
+            return _kept(key, n_samples, sampling)
     return CurveDesign(np.array(key), n_samples, sampling, lag_pairs(key, n_samples, starts))
 
 

@@ -21,9 +21,9 @@ from allanite.recording.health import Finding, Severity
 from allanite.recording.health.finding import finding
 from allanite.recording.health.tails import law_of
 from allanite.recording.records import Channel, Recording
-from allanite.study.overview import overview_of
 from allanite.study.request import Request
 from allanite.study.results import Aliasing, ChannelFloor, ChannelStudy, SlopeReading
+from allanite.study.sample_pass import SamplePass
 
 if TYPE_CHECKING:
     from allanite.fitting.advice import Advice
@@ -65,11 +65,11 @@ class _Lines:
     rest_spectrum: Spectrum
 
     @classmethod
-    def of(cls, recording: Recording, name: str) -> _Lines:
-        from allanite.noise.spectrum.estimation import power_spectrum
+    def of(cls, recording: Recording, name: str, gathered: SamplePass) -> _Lines:
+        from allanite.noise.spectrum.estimation import power_spectrum, spectrum_of_pass
         from allanite.noise.spectrum.stability import sinusoids, without_stable_lines
 
-        spectrum = power_spectrum(recording, name)
+        spectrum = spectrum_of_pass(recording, name, gathered.cascade)
         steady = sinusoids(spectrum)
         if not steady:
             return cls(spectrum=spectrum, steady=(), rest=recording.select(name), rest_spectrum=spectrum)
@@ -101,13 +101,14 @@ def channel_study(
     from allanite.fitting.spectral.remarks import spectral_findings
 
     recording, name = curves.recording, curves.name
-    lines = _Lines.of(recording, name)
+    gathered = SamplePass.of(recording, name)
+    lines = _Lines.of(recording, name, gathered)
     curves = _without_environment(_without_lines(curves, lines, request), environment, request)
     bent = _bent_lags(curves.fitted, lines, request)
     below = None if floor is None else quiet_curve(floor, name, request.confidence)
-    fitted = _fit(curves, lines, bent, below, request)
+    fitted = _fit(curves, lines, None if lines.steady else gathered, bent, below, request)
     over_its_floor, floor_remarks = _over_floor(curves.fitted, floor, below, name, bent)
-    mean, sd, overview = overview_of(recording, recording[name])
+    mean, sd, overview = gathered.overview.result()
     slopes, no_slopes = _slopes(curves.fitted, bent.excluded)
     channel = ChannelStudy(
         name=name,
@@ -211,8 +212,14 @@ def _instrument(below: AllanCurve, sensor: NoiseModel, request: Request) -> Nois
 
 
 def _fit(
-    curves: Curves, lines: _Lines, bent: Exclusion, below: AllanCurve | None, request: Request
+    curves: Curves,
+    lines: _Lines,
+    gathered: SamplePass | None,
+    bent: Exclusion,
+    below: AllanCurve | None,
+    request: Request,
 ) -> _ChannelModels:
+    """The models; `gathered` is of the record without its steady lines, where that has been read."""
     from allanite.fitting import fit
     from allanite.fitting.spectral.remarks import agreement_findings
     from allanite.fitting.tails import contamination_of, with_tails
@@ -225,7 +232,7 @@ def _fit(
             model = fit(
                 curves.fitted, exclude=bent.excluded, confidence=request.confidence, floor=below, screen=False
             )
-        tails = law_of(rest, name)
+        tails = law_of(rest, name, None if gathered is None else gathered.probes.stretches)
         model = with_tails(model, tails, shown.n_samples - int(np.diff(shown.missing[0], axis=1).sum()))
         contamination = contamination_of(model, tails, curves.recording[name].scale, shown.dt)
     except (DataQualityError, FitError) as refusal:
@@ -233,7 +240,8 @@ def _fit(
     remarks = _misfit_findings(model.families[0], name)
     # The other fit has judged its model by the samples already; with a floor the model is not of all of the record.
     if request.method == "moments" and below is None:
-        remarks += agreement_findings(model, rest, lines.rest_spectrum)
+        means = None if gathered is None else gathered.means
+        remarks += agreement_findings(model, rest, lines.rest_spectrum, means)
     return _ChannelModels(models=tuple(model.families), contamination=contamination, findings=tuple(remarks))
 
 

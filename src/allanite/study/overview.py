@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from allanite.recording.records import Channel, Recording
 from allanite.study.results import BlockExtremes
 
-__all__ = ["overview_of"]
+__all__ = ["OverviewTally"]
 
 Array = NDArray[np.float64]
 
@@ -19,43 +19,69 @@ Array = NDArray[np.float64]
 _POINTS = 1500
 
 
-def overview_of(recording: Recording, channel: Channel) -> tuple[float, float, BlockExtremes]:
-    """Mean, standard deviation and the envelope that a picture of the whole record needs, in one pass, SI."""
-    n = recording.n_samples
-    size = max(1, -(-n // _POINTS))
-    block = size * max(1, (1 << 18) // size)
-    origin, low, high, total, square, count = recording.origin(channel.name), [], [], 0.0, 0.0, 0
-    reference: float | None = None
-    for _, values in recording.blocks(channel.name, block):
+class OverviewTally:
+    """Mean, standard deviation and the envelope that a picture of a whole channel needs, from its blocks in turn."""
+
+    __slots__ = (
+        "_channel",
+        "_count",
+        "_dt",
+        "_ends",
+        "_filled",
+        "_origin",
+        "_reference",
+        "_size",
+        "_square",
+        "_total",
+    )
+
+    def __init__(self, recording: Recording, channel: Channel) -> None:
+        self._channel, self._dt, self._origin = channel, recording.dt, recording.origin(channel.name)
+        self._size = max(1, -(-recording.n_samples // _POINTS))
+        self._ends, self._filled = list[Array](), 0  # samples in a part that is not full yet
+        self._reference: float | None = None
+        self._total = self._square = 0.0
+        self._count = 0
+
+    def add(self, values: Array) -> None:
+        """Take the next block: its own unit, NaN where missing."""
         complete = not math.isnan(float(values.sum()))
         present = values if complete else values[~np.isnan(values)]
-        if reference is None and len(present):
-            reference = float(present[0])
-        centred = present - (reference or 0.0)
-        total += float(centred.sum())
-        square += float(np.dot(centred, centred))
-        count += len(present)
-        ends = _ends(values, size) if complete else _ends_of_present(values, size)
-        low.append(ends[0])
-        high.append(ends[1])
-    scale = channel.scale
-    ends = np.sort((np.stack([np.concatenate(low), np.concatenate(high)]) + origin) * scale, axis=0)
-    middle = total / count if count else math.nan
-    sd = math.sqrt(max(square - total * middle, 0.0) / max(count - 1, 1)) * abs(scale) if count else math.nan
-    mean = ((reference or 0.0) + middle + origin) * scale
-    t = (np.arange(ends.shape[1]) + 0.5) * size * recording.dt
-    return mean, sd, BlockExtremes(t=np.asarray(t, dtype=np.float64), low=ends[0], high=ends[1])
+        if self._reference is None and len(present):
+            self._reference = float(present[0])
+        centred = present - (self._reference or 0.0)
+        self._total += float(centred.sum())
+        self._square += float(np.dot(centred, centred))
+        self._count += len(present)
+        starts = np.maximum(np.arange(-self._filled, len(values), self._size), 0)
+        ends = _ends(values, starts)
+        if self._filled:
+            last = self._ends[-1]
+            last[0, -1], last[1, -1] = np.fmin(last[0, -1], ends[0, 0]), np.fmax(last[1, -1], ends[1, 0])
+            ends = ends[:, 1:]
+        if ends.size:
+            self._ends.append(ends)
+        self._filled = (self._filled + len(values)) % self._size
+
+    def result(self) -> tuple[float, float, BlockExtremes]:
+        """Mean, standard deviation and envelope, SI."""
+        count, scale = self._count, self._channel.scale
+        ends = np.sort((np.concatenate(self._ends, axis=1) + self._origin) * scale, axis=0)
+        t = (np.arange(ends.shape[1]) + 0.5) * self._size * self._dt
+        envelope = BlockExtremes(t=np.asarray(t, dtype=np.float64), low=ends[0], high=ends[1])
+        if not count:
+            return math.nan, math.nan, envelope
+        middle = self._total / count
+        sd = math.sqrt(max(self._square - self._total * middle, 0.0) / max(count - 1, 1)) * abs(scale)
+        return ((self._reference or 0.0) + middle + self._origin) * scale, sd, envelope
 
 
-def _ends(values: Array, size: int) -> Array:
-    """Least and largest of each `size` values, and of what is left; none is missing."""
-    starts = np.arange(0, len(values), size)
-    return np.stack([np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)])
-
-
-def _ends_of_present(values: Array, size: int) -> Array:
-    """The same where some are missing: NaN where all are."""
+def _ends(values: Array, starts: NDArray[np.int64]) -> Array:
+    """Least and largest of the values from each start on to the next; NaN where all are missing."""
+    ends = np.stack([np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)])
+    if not np.isnan(ends).any():
+        return ends
     missing = np.isnan(values)
-    low, _ = _ends(np.where(missing, np.inf, values), size)
-    _, high = _ends(np.where(missing, -np.inf, values), size)
+    low = np.minimum.reduceat(np.where(missing, np.inf, values), starts)
+    high = np.maximum.reduceat(np.where(missing, -np.inf, values), starts)
     return np.where(np.isinf(low), np.nan, np.stack([low, high]))

@@ -18,7 +18,7 @@ from allanite.noise import TermType, White
 from allanite.noise.spectrum.periodogram import rate_blocks
 from allanite.recording.records import Recording
 
-__all__ = ["SlowModes", "slow_modes"]
+__all__ = ["PartMeans", "SlowModes", "slow_modes"]
 
 Array = NDArray[np.float64]
 
@@ -69,10 +69,18 @@ class SlowModes:
         return np.asarray(2 * phase[1:-1] - phase[2:] - phase[:-2])
 
 
-def slow_modes(recording: Recording, name: str, *, blocks: int = BLOCKS) -> SlowModes:
-    """The slowest contrasts of a channel, a quarter of the blocks that are there; at most so many `blocks`."""
-    size = max(-(-recording.n_samples // blocks), 1)
-    mean, part = _block_means(recording, name, size)
+def slow_modes(
+    recording: Recording, name: str, *, blocks: int = BLOCKS, means: PartMeans | None = None
+) -> SlowModes:
+    """The slowest contrasts of a channel, a quarter of the blocks that are there; at most so many `blocks`.
+
+    `means` are those of the channel, where another pass has made them.
+    """
+    if means is None:
+        means = PartMeans(recording.n_samples, blocks)
+        for _, block in rate_blocks(recording, name):
+            means.feed(block)
+    size, (mean, part) = means.size, means.result()
     there = np.flatnonzero(part >= _PRESENT)
     dt, scale = 1 / recording.rate, abs(recording[name].scale)
     count = len(there) - 1 if size == 1 else len(there) // PART
@@ -98,17 +106,37 @@ def slow_modes(recording: Recording, name: str, *, blocks: int = BLOCKS) -> Slow
     )
 
 
-def _block_means(recording: Recording, name: str, size: int) -> tuple[Array, Array]:
-    """Means over blocks of the rate less a constant, in the channel's own unit, and the part of each that is there."""
-    rest, means, parts = np.zeros(0), [], []
-    for _, block in rate_blocks(recording, name):
-        stream = np.concatenate([rest, block])
-        rows = len(stream) // size
-        table, rest = stream[: rows * size].reshape(rows, size), stream[rows * size :]
-        present = ~np.isnan(table)
-        count = present.sum(axis=1)
-        means.append(np.where(present, table, 0.0).sum(axis=1) / np.maximum(count, 1))
-        parts.append(count / size)
-    if not means:  # a record without samples
-        return np.zeros(0), np.zeros(0)
-    return np.concatenate(means), np.concatenate(parts)
+class PartMeans:
+    """Means of a record that comes in blocks, over at most so many equal parts of it.
+
+    Attributes
+    ----------
+    size : int
+        Samples of a part.
+    """
+
+    __slots__ = ("_means", "_parts", "_rest", "size")
+
+    def __init__(self, n_samples: int, blocks: int = BLOCKS) -> None:
+        self.size = max(-(-n_samples // blocks), 1)
+        self._rest = np.zeros(0)
+        self._means, self._parts = [np.zeros(0)], [np.zeros(0)]
+
+    def feed(self, rates: Array) -> None:
+        """Take the next block, as `rate_blocks` gives it."""
+        stream = np.concatenate([self._rest, rates])
+        rows = len(stream) // self.size
+        table = stream[: rows * self.size].reshape(rows, self.size)
+        self._rest = stream[rows * self.size :]
+        total, part = table.sum(axis=1), np.ones(rows)
+        missing = np.isnan(total)
+        if missing.any():
+            present = ~np.isnan(table[missing])
+            total[missing] = np.where(present, table[missing], 0.0).sum(axis=1)
+            part[missing] = present.sum(axis=1) / self.size
+        self._means.append(total / np.maximum(part * self.size, 1))
+        self._parts.append(part)
+
+    def result(self) -> tuple[Array, Array]:
+        """Means of the rates less a constant, in the channel's own unit, and the share of each part that is there."""
+        return np.concatenate(self._means), np.concatenate(self._parts)

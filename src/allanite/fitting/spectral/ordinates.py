@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.spectral.modes import SlowModes, slow_modes
+from allanite.fitting.spectral.modes import PartMeans, SlowModes, slow_modes
 from allanite.noise import Flicker, GaussMarkov, Quantisation, RandomWalk, TermType, White
 from allanite.noise.spectrum.expected import Sight, sight_of
 from allanite.noise.spectrum.periodogram import additive_dof
@@ -154,9 +154,9 @@ def _cubic(x: float) -> tuple[Array, Array]:
 _CUBIC: Array = np.linalg.inv(np.vander(np.arange(4.0), increasing=True).T)
 
 
-def ordinates_of(recording: Recording, spectrum: Spectrum) -> Ordinates:
-    """Ordinates of a channel, from its log-binned spectrum and one more pass over the samples."""
-    modes = slow_modes(recording, spectrum.channel)
+def ordinates_of(recording: Recording, spectrum: Spectrum, means: PartMeans | None = None) -> Ordinates:
+    """Ordinates of a channel, from its log-binned spectrum, and its `means` or one more pass over the samples."""
+    modes = slow_modes(recording, spectrum.channel, means=means)
     used = np.zeros(len(spectrum.frequency), dtype=bool)
     if not modes.whole:
         split = float(modes.frequency[-1]) if len(modes.frequency) else 0.0

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from allanite.errors import DataQualityError
 from allanite.fitting.spectral.agreement import disagreement
+from allanite.fitting.spectral.modes import PartMeans
 from allanite.fitting.spectral.ordinates import ordinates_of
 from allanite.noise import NoiseModel
 from allanite.noise.spectrum.results import Spectrum
@@ -65,7 +66,9 @@ def _listed(spectrum: Spectrum) -> str:
     return listed + (f" and {more} more" if more > 0 else "")
 
 
-def agreement_findings(model: NoiseModel, recording: Recording, spectrum: Spectrum) -> list[Finding]:
+def agreement_findings(
+    model: NoiseModel, recording: Recording, spectrum: Spectrum, means: PartMeans | None = None
+) -> list[Finding]:
     """A finding where the spectrum of a channel does not know the model of its curve.
 
     Parameters
@@ -76,9 +79,11 @@ def agreement_findings(model: NoiseModel, recording: Recording, spectrum: Spectr
         What it was fitted to.
     spectrum : Spectrum
         Of the same samples, log-binned.
+    means : PartMeans, optional
+        Of the same samples, where another pass has made them.
     """
     try:
-        parted = disagreement(model, ordinates_of(recording, spectrum))
+        parted = disagreement(model, ordinates_of(recording, spectrum, means))
     except DataQualityError:
         return []
     if parted is None:

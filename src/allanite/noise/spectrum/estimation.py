@@ -18,6 +18,7 @@ from allanite.noise.spectrum.periodogram import (
     FEWEST_SEGMENTS,
     SEGMENT,
     SHORTEST_SEGMENT,
+    Cascade,
     Periodogram,
     equivalent_dof,
     periodograms,
@@ -28,7 +29,7 @@ from allanite.noise.spectrum.stability import examined
 from allanite.noise.spectrum.windows import window_of
 from allanite.recording.records import Recording
 
-__all__ = ["power_spectrum"]
+__all__ = ["power_spectrum", "spectrum_of_pass"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -119,6 +120,24 @@ def power_spectrum(
         if method == "log"
         else _welch(recording, name, segment, window, overlap, progress)
     )
+    return _of_streams(recording, name, streams, method, window, overlap, confidence)
+
+
+def spectrum_of_pass(recording: Recording, name: str, cascade: Cascade) -> Spectrum:
+    """`power_spectrum` of a channel, with nothing chosen, from a cascade that another pass over its samples has fed."""
+    streams = periodograms(recording, name, first=cascade)
+    return _of_streams(recording, name, streams, "log", "hann", 0.5, 0.95)
+
+
+def _of_streams(
+    recording: Recording,
+    name: str,
+    streams: Sequence[Periodogram],
+    method: Method,
+    window: str,
+    overlap: float,
+    confidence: float,
+) -> Spectrum:
     streams = [_scaled(p, recording[name].scale ** 2) for p in streams]
     lines = (
         find_lines(streams) if (window, overlap) == ("hann", 0.5) else ()

@@ -192,6 +192,9 @@ class Bridge:
 
     def __call__(self, block: Array) -> Array:
         """The block with its short runs bridged."""
+        if not math.isnan(float(block.sum())):
+            self._count_complete(len(block))
+            return block
         missing = np.isnan(block)
         short = _short(missing) if len(block) - missing.sum() >= _ENOUGH else np.zeros(0, dtype=np.int64)
         self._count(~missing, short)
@@ -206,14 +209,15 @@ class Bridge:
             self._lacking += _lacking(places, shares, count, covariance)
         return out
 
+    def _count_complete(self, n_samples: int) -> None:
+        self._samples += n_samples
+        self._pairs[0] += np.maximum(n_samples - np.arange(_REACH + 1), 0)
+        self._shared += 4.0 * n_samples
+
     def _count(self, there: NDArray[np.bool_], bridged: NDArray[np.int64]) -> None:
         """Samples, and pairs of them by their distance."""
         self._samples += int(there.sum()) + len(bridged)
         self._filled += len(bridged)
-        if there.all():
-            self._pairs[0] += np.maximum(len(there) - np.arange(_REACH + 1), 0)
-            self._shared += 4.0 * len(there)
-            return
         filled = np.zeros(len(there), dtype=bool)
         filled[bridged] = True
         known, within = there | filled, np.zeros((_REACH, len(there)))

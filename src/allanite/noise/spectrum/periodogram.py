@@ -28,7 +28,9 @@ __all__ = [
     "FEWEST_SEGMENTS",
     "SEGMENT",
     "SHORTEST_SEGMENT",
+    "Cascade",
     "Periodogram",
+    "Rates",
     "additive_dof",
     "equivalent_dof",
     "periodograms",
@@ -115,6 +117,7 @@ def periodograms(
     name: str,
     progress: Callable[[float], None] | None = None,
     least: int = FEWEST_SEGMENTS,
+    first: Cascade | None = None,
 ) -> list[Periodogram]:
     """Periodograms of a channel in its own unit, the full rate first, that share the frequencies among them.
 
@@ -127,6 +130,8 @@ def periodograms(
         Called with the fraction done.
     least : int
         Segments of each stream at least, overlaps not counted.
+    first : Cascade, optional
+        With long segments, that another pass has fed.
 
     Returns
     -------
@@ -135,7 +140,8 @@ def periodograms(
     """
     longest, best, kept = SEGMENT, 0.0, list[Periodogram]()
     while longest >= SHORTEST_SEGMENT and best < ENOUGH:
-        streams = _run(recording, name, longest, least, progress)
+        cascade = first or _fed(Cascade(recording, longest, least), recording, name, progress)
+        streams, first = cascade.periodograms(), None
         share = min((p.segments / (p.segments + p.skipped) for p in streams), default=0.0)
         if share > best:
             best, kept = share, streams
@@ -143,24 +149,55 @@ def periodograms(
     return kept
 
 
-def _run(
-    recording: Recording, name: str, longest: int, least: int, progress: Callable[[float], None] | None
-) -> list[Periodogram]:
-    streams = _plan(recording.n_samples, 1 / recording.rate, longest, least)
-    if not streams:
-        return []
-    bridge = Bridge()
+class Cascade:
+    """Decimated streams of a record that comes in blocks, each with its sum of periodograms.
+
+    Parameters
+    ----------
+    recording : Recording
+    longest : int
+        Samples per segment at most.
+    least : int
+        Segments of each stream at least, overlaps not counted.
+    """
+
+    __slots__ = ("_bridge", "_dt", "_least", "_streams")
+
+    def __init__(self, recording: Recording, longest: int = SEGMENT, least: int = FEWEST_SEGMENTS) -> None:
+        self._dt, self._least = 1 / recording.rate, least
+        self._streams = _plan(recording.n_samples, self._dt, longest, least)
+        self._bridge = Bridge()
+
+    def feed(self, rates: Array) -> None:
+        """Take the next block, as `rate_blocks` gives it."""
+        if not self._streams:
+            return
+        block = self._bridge(rates)
+        for stream in self._streams:
+            stream.welch.feed(block)
+            if stream is not self._streams[-1]:
+                block = stream.decimator.feed(block)
+
+    def periodograms(self) -> list[Periodogram]:
+        """Of what was fed, the full rate first; empty where no segment is complete enough."""
+        kept = [s for s in self._streams if s.welch.segments >= self._least]
+        if not kept:
+            return []
+        bridged = self._bridge.account(self._dt, kept[0].welch.seen)
+        return [
+            replace(p, density=p.density + bridged.put_back(p.frequency), bridged=bridged)
+            for p in _shares(kept)
+        ]
+
+
+def _fed(
+    cascade: Cascade, recording: Recording, name: str, progress: Callable[[float], None] | None
+) -> Cascade:
     for done, block in rate_blocks(recording, name):
-        _feed(streams, bridge(block))
+        cascade.feed(block)
         if progress is not None:
             progress(done / recording.n_samples)
-    kept = [s for s in streams if s.welch.segments >= least]
-    if not kept:
-        return []
-    bridged = bridge.account(1 / recording.rate, kept[0].welch.seen)
-    return [
-        replace(p, density=p.density + bridged.put_back(p.frequency), bridged=bridged) for p in _shares(kept)
-    ]
+    return cascade
 
 
 def _plan(n_samples: int, dt: float, longest: int, least: int) -> list[_Stream]:
@@ -227,23 +264,28 @@ def welch(
 
 def rate_blocks(recording: Recording, name: str) -> Iterator[tuple[int, Array]]:
     """Blocks of the channel as rates less a constant, with the number of samples read, in the channel's own unit."""
-    integrated = recording[name].kind.integrated
-    origin, last = math.nan, np.full(1, np.nan)
+    rates = Rates(recording, name)
     for start, samples in recording.blocks(name):
-        done, block = start + len(samples), samples
-        if integrated:
-            block = np.diff(samples, prepend=last) * recording.rate
-            last = samples[-1:]
-        if math.isnan(origin) and not np.isnan(block).all():
-            origin = float(np.nanmean(block))
-        yield done, block if math.isnan(origin) else block - origin
+        yield start + len(samples), rates(samples)
 
 
-def _feed(streams: list[_Stream], block: Array) -> None:
-    for stream in streams:
-        stream.welch.feed(block)
-        if stream is not streams[-1]:
-            block = stream.decimator.feed(block)
+class Rates:
+    """Makes successive blocks of a channel to rates less a constant, in the channel's own unit."""
+
+    __slots__ = ("_integrated", "_last", "_origin", "_rate")
+
+    def __init__(self, recording: Recording, name: str) -> None:
+        self._integrated, self._rate = recording[name].kind.integrated, recording.rate
+        self._origin, self._last = math.nan, np.full(1, np.nan)
+
+    def __call__(self, samples: Array) -> Array:
+        block = samples
+        if self._integrated:
+            block = np.diff(samples, prepend=self._last) * self._rate
+            self._last = samples[-1:]
+        if math.isnan(self._origin) and not np.isnan(block).all():
+            self._origin = float(np.nanmean(block))
+        return block if math.isnan(self._origin) else block - self._origin
 
 
 def _shares(streams: list[_Stream]) -> list[Periodogram]:
@@ -318,15 +360,16 @@ class _Welch:
         if count:
             segments = np.lib.stride_tricks.sliding_window_view(stream, self.length)[:: self._hop]
             batch = max((1 << 17) // self.length, 1)
+            complete = not math.isnan(float(stream.sum()))
             for first in range(0, count, batch):
-                self._add(segments[first : first + batch])
+                self._add(segments[first : first + batch], complete)
         self._rest = stream[count * self._hop :]
 
-    def _add(self, segments: Array) -> None:
-        if math.isnan(float(segments.sum())):
-            used, weighted = _weighted(segments, self._window)
-        else:
+    def _add(self, segments: Array, complete: bool) -> None:
+        if complete or not math.isnan(float(segments.sum())):
             used, weighted = np.ones(len(segments), dtype=bool), segments * self._window
+        else:
+            used, weighted = _weighted(segments, self._window)
         line = np.concatenate([self._before, used])
         for lag in range(1, len(self._lags) + 1):
             self._lags[lag - 1] += int(np.sum(line[len(self._before) - lag : -lag] & used))
@@ -352,10 +395,9 @@ class _Welch:
 def _power(segments: Array) -> Array:
     from scipy.fft import rfft
 
-    transform = rfft(segments, axis=1)
-    power: Array = np.einsum("ij,ij->j", transform.real, transform.real)
-    power += np.einsum("ij,ij->j", transform.imag, transform.imag)
-    return power
+    parts = rfft(segments, axis=1).view(np.float64)  # real and imaginary parts by turns
+    squares: Array = np.einsum("ij,ij->j", parts, parts)
+    return np.asarray(squares[::2] + squares[1::2])
 
 
 def _weighted(segments: Array, window: Array) -> tuple[NDArray[np.bool_], Array]:
@@ -457,13 +499,15 @@ class _Decimator:
 
 
 def _filtered(table: Array, taps: Array, outputs: int) -> Array:
-    columns = taps.reshape(-1, DECIMATION).T
-    parts = np.empty((len(table), columns.shape[1]))
+    rows = taps.reshape(-1, DECIMATION)
+    parts = np.empty(
+        (len(rows), len(table))
+    )  # a row for each part of the taps: what is added up lies side by side
     for first in range(0, len(table), 3072):  # so small that no linear algebra library starts threads for it
-        np.matmul(table[first : first + 3072], columns, out=parts[first : first + 3072])
+        np.matmul(rows, table[first : first + 3072].T, out=parts[:, first : first + 3072])
     out = np.zeros(outputs)
-    for j in range(parts.shape[1]):
-        out += parts[j : j + outputs, j]
+    for j, part in enumerate(parts):
+        out += part[j : j + outputs]
     return out
 
 

@@ -25,7 +25,7 @@ from allanite.recording.health.tallies import (
 )
 from allanite.recording.records import BLOCK, OVERLOAD, Channel, Recording
 
-__all__ = ["ChannelSurvey", "Lattice", "lattice_among", "lattice_of", "probes", "survey"]
+__all__ = ["ChannelSurvey", "Lattice", "Probes", "lattice_among", "lattice_of", "probes", "survey"]
 
 Samples = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -288,11 +288,35 @@ class _SurveyPass:
 
 def probes(recording: Recording, name: str) -> list[Samples]:
     """The same stretches that a survey keeps, without the rest of it; NaN where missing."""
-    stretches = []
-    for start in _probe_starts(recording.n_samples):
+    kept = Probes(recording.n_samples)
+    for start in kept.starts:
         values = recording.raw(name, start, start + PROBE)
-        stretches.append(np.where(np.abs(values) < OVERLOAD, values, np.nan))
-    return stretches
+        kept.add(start, np.where(np.abs(values) < OVERLOAD, values, np.nan))
+    return kept.stretches
+
+
+class Probes:
+    """The stretches that a survey keeps, from any blocks that hold them.
+
+    Attributes
+    ----------
+    starts : list of int
+    stretches : list of ndarray
+        NaN where missing.
+    """
+
+    __slots__ = ("starts", "stretches")
+
+    def __init__(self, n_samples: int) -> None:
+        self.starts = _probe_starts(n_samples)
+        self.stretches = [np.full(min(PROBE, n_samples - start), np.nan) for start in self.starts]
+
+    def add(self, first: int, block: Samples) -> None:
+        """Take what a block of the record, whose first sample has this position, holds of them."""
+        for start, stretch in zip(self.starts, self.stretches, strict=True):
+            low, high = max(start, first), min(start + len(stretch), first + len(block))
+            if low < high:
+                stretch[low - start : high - start] = block[low - first : high - first]
 
 
 def _probe_starts(n: int) -> list[int]:

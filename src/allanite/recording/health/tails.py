@@ -214,11 +214,11 @@ def without_short_scales(survey: ChannelSurvey, tails: Tails) -> ChannelSurvey:
     return replace(survey, scales=scales or survey.scales[-1:])
 
 
-def law_of(recording: Recording, name: str) -> Tails:
-    """The law of the white noise of a channel, from the stretches that a survey keeps."""
+def law_of(recording: Recording, name: str, stretches: Sequence[Samples] | None = None) -> Tails:
+    """The law of the white noise of a channel, from the stretches that a survey keeps; they are read if not given."""
     if recording[name].kind.integrated:
         return Tails(law=TailLaw.UNKNOWN)
-    stretches = probes(recording, name)
+    stretches = probes(recording, name) if stretches is None else list(stretches)
     high, low = Extremes(+1), Extremes(-1)
     return tails_of(stretches, lattice_of(stretches, high.result(), low.result()).step)
 
