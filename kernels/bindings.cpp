@@ -5,14 +5,17 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
 
 #include <array>
 #include <memory>
+#include <tuple>
 #include <utility>
 
 #include "allanite/allan.hpp"
 #include "allanite/biweight.hpp"
 #include "allanite/curve_fit.hpp"
+#include "allanite/gamma_law.hpp"
 #include "allanite/noise.hpp"
 #include "allanite/online_allan.hpp"
 #include "allanite/pool_likelihood.hpp"
@@ -164,6 +167,14 @@ allanite::CurveFit curve_fit(const Vector& variance, const Matrix& columns, cons
     return {slice(variance), slice(whiten), slice(starts), slice(centre), Index(here.size())};
 }
 
+std::tuple<NewMatrix, NewVector, double> curve_weight(const Matrix& relative, double discrepancy, double least) {
+    require(relative.shape(0) == relative.shape(1), "relative: must be square");
+    auto [whiten, triangle] = new_array<NewMatrix>({relative.shape(0), relative.shape(0)});
+    auto [centre, means] = new_array<NewVector>({relative.shape(0)});
+    const double log_det = allanite::curve_weight(slice(relative), discrepancy, least, triangle, means);
+    return {whiten, centre, log_det};
+}
+
 NewVector curve_step(const Vector& variance, const Matrix& columns, const Vector& here, const Vector& means,
                      const Matrix& whiten, const Integers& starts, const Vector& centre) {
     auto fit = curve_fit(variance, columns, here, whiten, starts, centre);
@@ -181,6 +192,26 @@ NewVector curve_minimum(const Vector& variance, const Matrix& columns, const Vec
     for (Index j = 0; j < out.size; ++j) out[j] = here.data()[j];
     fit.minimise(slice(columns), slice(rest), out, steps, settled);
     return minimum;
+}
+
+NewMatrix gamma_tails(const Vector& shape, const Vector& x) {
+    require(shape.size() == x.size(), "shape: must be as long as x");
+    auto [tails, out] = new_array<NewMatrix>({2, x.size()});
+    nb::gil_scoped_release unlocked;
+    for (size_t i = 0; i < x.size(); ++i) {
+        const allanite::GammaTails at = allanite::gamma_tails(shape(i), x(i));
+        out[Index(i)] = at.lower;
+        out[Index(x.size() + i)] = at.upper;
+    }
+    return tails;
+}
+
+NewVector gamma_quantiles(const Vector& shape, const Vector& tail, bool upper) {
+    require(shape.size() == tail.size(), "shape: must be as long as tail");
+    auto [quantiles, out] = new_array<NewVector>({tail.size()});
+    nb::gil_scoped_release unlocked;
+    for (size_t i = 0; i < tail.size(); ++i) out[Index(i)] = allanite::gamma_quantile(shape(i), tail(i), upper);
+    return quantiles;
 }
 
 void require_pairs(const Matrix& lengths, const Integers& offsets, const Vector& distance) {
@@ -626,6 +657,11 @@ NB_MODULE(_kernels, m) {
     m.def("biweight_sums", &biweight_sums, "phase"_a.noconvert(), "lag"_a, "runs"_a.noconvert(), "scale"_a, "cut"_a,
           "Sums of psi(u) and u psi'(u), psi(u) = u (1 - u/cut)**4 below the cut and 0 above, over the second\n"
           "differences d of `runs`, u = d**2 / scale.");
+    m.def("curve_weight", &curve_weight, "relative"_a.noconvert(), "discrepancy"_a, "least"_a,
+          "Weights of the moment fit for one record: inverse factor of the covariance of the cube roots, lower\n"
+          "triangular (n_lags, n_lags), their means (n_lags,), and the logarithm of its determinant, NaN where it has no\n"
+          "factor. `relative`: covariance of the variances over the products of their means; `discrepancy`: relative\n"
+          "error of the model at each lag; `least`: lower bound on the degrees of freedom of a lag.");
     m.def("curve_step", &curve_step, "variance"_a.noconvert(), "columns"_a.noconvert(), "here"_a.noconvert(),
           "means"_a.noconvert(), "whiten"_a.noconvert(), "starts"_a.noconvert(), "centre"_a.noconvert(),
           "Newton step of the moment fit from the coefficients `here` (p,), whose means are `means` (n_lags,), to the\n"
@@ -638,6 +674,10 @@ NB_MODULE(_kernels, m) {
           "settled"_a,
           "Coefficients, none negative, at which means = rest + columns @ x minimise what curve_step() is of: at most\n"
           "`steps` steps from `here`, each halved until it does not climb, until one gains less than `settled`.");
+    m.def("gamma_tails", &gamma_tails, "shape"_a.noconvert(), "x"_a.noconvert(),
+          "Regularised incomplete gamma functions P(shape, x) and Q(shape, x) = 1 - P, the rows of (2, n).");
+    m.def("gamma_quantiles", &gamma_quantiles, "shape"_a.noconvert(), "tail"_a.noconvert(), "upper"_a,
+          "x at which P(shape, x), or Q with `upper`, equals `tail`; shape (n,).");
     m.def("window_pairs", &window_pairs, "lengths"_a.noconvert(), "offsets"_a.noconvert(), "distance"_a.noconvert(),
           "spike"_a, "linear"_a, "cubic"_a, "exponential"_a, "rate"_a,
           "Covariance of second differences over m1 and m2 samples of a phase of generalised covariance\n"

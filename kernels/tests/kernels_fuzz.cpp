@@ -12,6 +12,7 @@
 #include "allanite/allan.hpp"
 #include "allanite/biweight.hpp"
 #include "allanite/curve_fit.hpp"
+#include "allanite/gamma_law.hpp"
 #include "allanite/pool_likelihood.hpp"
 #include "allanite/theo.hpp"
 #include "records.hpp"
@@ -151,6 +152,18 @@ void curve_fit(Chance& chance, Index odd) {
     fit.step(fixed(columns), fixed(here), fixed(mu), whole(step));
     fit.minimise(fixed(columns), fixed(rest), whole(here), 30, 1e-5);
     for (double x : here) require(!(x < 0.0), "curve fit: no coefficient is negative");
+    Reals whiten(w.size()), centre(static_cast<size_t>(lags));
+    curve_weight(fixed(w), sample(chance, odd), 0.5, whole(whiten), whole(centre));
+}
+
+/// Probabilities stay probabilities, and quantiles end, at any shape.
+void gamma_law(Chance& chance) {
+    const double a = of_bits(chance.bits()), x = of_bits(chance.bits()), tail = double(chance.below(1001)) / 1000.0;
+    const GammaTails at = gamma_tails(a, x);
+    require(std::isnan(at.lower) || (at.lower >= 0.0 && at.lower <= 1.0 && at.upper >= 0.0 && at.upper <= 1.0),
+            "gamma: tails are probabilities");
+    const double quantile = gamma_quantile(a, tail, chance.below(2));
+    require(std::isnan(quantile) || quantile >= 0.0, "gamma: quantiles are not negative");
 }
 
 /// A likelihood of pools is read and written in its place, whatever the numbers and the number of terms.
@@ -191,6 +204,7 @@ void one_round(Chance& chance) {
     online_kernel<double>(chance, y, missing);
     online_kernel<float>(chance, y, missing);
     curve_fit(chance, odd);
+    gamma_law(chance);
     if (!chance.below(8)) pool_likelihood(chance, odd);
 }
 

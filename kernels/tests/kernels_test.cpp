@@ -9,6 +9,7 @@
 #include "allanite/allan.hpp"
 #include "allanite/biweight.hpp"
 #include "allanite/curve_fit.hpp"
+#include "allanite/gamma_law.hpp"
 #include "allanite/noise.hpp"
 #include "allanite/theo.hpp"
 #include "allanite/window_pairs.hpp"
@@ -201,6 +202,38 @@ void curve_of_two_lags() {
     check(zero[0] > 0.8 && zero[1] == 0.0, "curve fit: no negative walk");
 }
 
+/// A correlation of 0.6 between two lags of 9 degrees of freedom: by hand.
+void weight_of_two_lags() {
+    const double v = 2.0 / 9.0, share = 2.0 / 81.0;
+    const Reals relative{v, 0.6 * v, 0.6 * v, v}, broken{v, 2.0 * v, 2.0 * v, v};
+    Reals whiten(4), centre(2);
+    const double log_det = curve_weight(fixed(relative), 0.0, 0.5, whole(whiten), whole(centre));
+    check(near(log_det, std::log(0.64 * share * share), 1e-8), "weight: determinant");
+    check(near(whiten[0], 1.0 / std::sqrt(share), 1e-8) && whiten[1] == 0.0, "weight: first row");
+    check(near(whiten[2], -0.75 / std::sqrt(share), 1e-8) && near(whiten[3], 1.25 / std::sqrt(share), 1e-8),
+          "weight: second row");
+    check(near(centre[1], 1.0 - share, 1e-15), "weight: means of the cube roots");
+    check(std::isnan(curve_weight(fixed(broken), 0.0, 0.5, whole(whiten), whole(centre))), "weight: no factor");
+}
+
+/// P(1, x) = 1 - exp(-x), and back, on both sides of where the expansion for large shapes begins.
+void gamma_law() {
+    for (double x : {1e-9, 0.3, 2.0, 40.0, 700.0}) {
+        const GammaTails at = gamma_tails(1.0, x);
+        check(near(at.lower, -std::expm1(-x), 1e-13) && near(at.upper, std::exp(-x), 1e-13), "gamma: exponential law");
+    }
+    for (double a : {1e-3, 0.5, 24.9, 25.1, 3e3, 1e9})
+        for (double tail : {1e-200, 1e-6, 0.025, 0.5, 0.975})
+            for (bool upper : {false, true}) {
+                const double x = gamma_quantile(a, tail, upper);
+                const GammaTails at = gamma_tails(a, x);
+                check(x == 0.0 ? a < 1.0 : near(upper ? at.upper : at.lower, tail, 1e-9), "gamma: back");
+            }
+    check(gamma_quantile(2.0, 0.0, true) == INFINITY && gamma_quantile(2.0, 0.0, false) == 0.0, "gamma: ends");
+    check(std::isnan(gamma_quantile(0.0, 0.5, true)) && std::isnan(gamma_quantile(1.0, 1.5, true)), "gamma: no law");
+    check(std::isnan(gamma_tails(-1.0, 1.0).lower) && gamma_tails(0.0, 1.0).upper == 0.0, "gamma: no shape");
+}
+
 /// Windows of one sample and of many, at every distance at which they meet, touch, and lie apart.
 void pairs_of_windows() {
     const Reals lengths{1, 1, 1, 3, 2, 5}, exponents{-0.5, 0, 0.02, 0.5};
@@ -235,6 +268,8 @@ int main() {
     online_in_float();
     markov_states();
     curve_of_two_lags();
+    weight_of_two_lags();
+    gamma_law();
     pairs_of_windows();
     std::printf("%d passed, %d failed\n", passed, failed);
     return failed == 0 ? 0 : 1;

@@ -56,6 +56,14 @@ def biweight_sums(phase: Annotated[NDArray[numpy.float64], dict(shape=(None,), o
     differences d of `runs`, u = d**2 / scale.
     """
 
+def curve_weight(relative: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], discrepancy: float, least: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], float]:
+    """
+    Weights of the moment fit for one record: inverse factor of the covariance of the cube roots, lower
+    triangular (n_lags, n_lags), their means (n_lags,), and the logarithm of its determinant, NaN where it has no
+    factor. `relative`: covariance of the variances over the products of their means; `discrepancy`: relative
+    error of the model at each lag; `least`: lower bound on the degrees of freedom of a lag.
+    """
+
 def curve_step(variance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], columns: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], here: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], means: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], whiten: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], starts: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], centre: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
     """
     Newton step of the moment fit from the coefficients `here` (p,), whose means are `means` (n_lags,), to the
@@ -70,6 +78,14 @@ def curve_minimum(variance: Annotated[NDArray[numpy.float64], dict(shape=(None,)
     Coefficients, none negative, at which means = rest + columns @ x minimise what curve_step() is of: at most
     `steps` steps from `here`, each halved until it does not climb, until one gains less than `settled`.
     """
+
+def gamma_tails(shape: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], x: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]:
+    """
+    Regularised incomplete gamma functions P(shape, x) and Q(shape, x) = 1 - P, the rows of (2, n).
+    """
+
+def gamma_quantiles(shape: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], tail: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], upper: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+    """x at which P(shape, x), or Q with `upper`, equals `tail`; shape (n,)."""
 
 def window_pairs(lengths: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], offsets: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], distance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], spike: float, linear: float, cubic: float, exponential: float, rate: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
     """

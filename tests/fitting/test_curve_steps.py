@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.optimize import minimize, nnls
 
-from allanite._kernels import curve_minimum, curve_step
+from allanite._kernels import curve_minimum, curve_step, curve_weight
 
 Array = NDArray[np.float64]
 SEEDS = range(60)
@@ -153,7 +153,33 @@ def test_records_below_one_another_are_blocks_of_one_triangle() -> None:
     np.testing.assert_array_equal(*minima)
 
 
+@pytest.mark.parametrize("lags", [1, 2, 16, 90])
+@pytest.mark.parametrize("discrepancy", [0.0, 0.2])
+def test_weight_against_its_twin(lags: int, discrepancy: float) -> None:
+    rng = np.random.default_rng([89, lags])
+    root = rng.standard_normal((lags, lags + 5)) * np.geomspace(1e-3, 2.5, lags)[:, None]
+    relative = root @ root.T / lags
+    variance = np.diag(relative)
+    share = 2 / (9 * np.maximum(2 / variance, 0.5))  # of the last lags fewer than half a degree of freedom
+    rho = relative / np.sqrt(np.outer(variance, variance))
+    np.fill_diagonal(rho, 1 + 1e-9 + (discrepancy / 3) ** 2 / share)
+    factor = np.linalg.cholesky(rho)
+    whiten, centre, log_det = curve_weight(relative, discrepancy, 0.5)
+    np.testing.assert_allclose(whiten @ (np.sqrt(share)[:, None] * factor), np.eye(lags), atol=1e-12)
+    assert not np.triu(whiten, 1).any()
+    np.testing.assert_allclose(centre, 1 - share, rtol=1e-15)
+    covariance = np.sqrt(np.outer(share, share)) * rho
+    assert log_det == pytest.approx(np.linalg.slogdet(covariance)[1], rel=1e-12)
+
+
+@pytest.mark.parametrize("relative", [[[1.0, 2.0], [2.0, 1.0]], [[1.0, np.nan], [np.nan, 1.0]]])
+def test_weight_of_no_covariance_is_none(relative: list[list[float]]) -> None:
+    assert np.isnan(curve_weight(np.array(relative), 0.0, 0.5)[2])
+
+
 def test_shapes_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(ValueError, match="relative: must be square"):
+        curve_weight(np.ones((2, 3)), 0.0, 0.5)
     p = drawn(1)
     for starts in (p.starts - 1, p.starts + 1, p.starts[1:]):
         with pytest.raises(ValueError, match="starts"):

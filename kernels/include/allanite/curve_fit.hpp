@@ -19,6 +19,51 @@
 
 namespace allanite {
 
+/// What one record's variances are compared by: W and the means of the cube roots; returns log det C, or NaN where C has
+/// no factor.
+///
+/// @param relative (L * L) covariance of the variances over the products of their means
+/// @param discrepancy  relative error of the model at every lag      @param least  degrees of freedom, at least
+/// @param whiten (L * L) is written: the lower triangle W, zeros above it      @param centre (L) is written
+inline double curve_weight(Slice<const double> relative, double discrepancy, double least, Slice<double> whiten,
+                           Slice<double> centre) {
+    const Index n = centre.size;
+    std::vector<double> spread(static_cast<std::size_t>(n)), sd(static_cast<std::size_t>(n));
+    const Slice<double> r{spread.data(), n}, s{sd.data(), n};
+    double log_det = 0.0;
+    for (Index i = 0; i < n; ++i) {
+        const double variance = fmax(relative[i * n + i], 1e-14), share = 2.0 / (9.0 * fmax(2.0 / variance, least));
+        r[i] = sqrt(variance);
+        s[i] = sqrt(share);
+        centre[i] = 1.0 - share;
+        const double extra = discrepancy / 3.0 / s[i];
+        for (Index j = 0; j < n; ++j) whiten[i * n + j] = j < i ? relative[i * n + j] / (r[i] * r[j]) : 0.0;
+        double pivot = 1.0 + 1e-9 + extra * extra;
+        for (Index j = 0; j < i; ++j) {  // the factor, row by row
+            double sum = whiten[i * n + j];
+            for (Index k = 0; k < j; ++k) sum -= whiten[i * n + k] * whiten[j * n + k];
+            sum /= whiten[j * n + j];
+            whiten[i * n + j] = sum;
+            pivot -= sum * sum;
+        }
+        if (!(pivot > 0.0)) return NAN;
+        whiten[i * n + i] = sqrt(pivot);
+        log_det += log(pivot) + log(share);
+    }
+    for (Index i = 0; i < n; ++i) {  // its inverse, in its place
+        const double diagonal = whiten[i * n + i];
+        for (Index j = 0; j < i; ++j) {
+            double sum = 0.0;
+            for (Index k = j; k < i; ++k) sum += whiten[i * n + k] * whiten[k * n + j];
+            whiten[i * n + j] = -sum / diagonal;
+        }
+        whiten[i * n + i] = 1.0 / diagonal;
+    }
+    for (Index i = 0; i < n; ++i)
+        for (Index j = 0; j <= i; ++j) whiten[i * n + j] /= s[j];
+    return log_det;
+}
+
 /// Variances, what they are compared by, and the memory that a step needs; for p coefficients at L lags.
 class CurveFit {
 public:

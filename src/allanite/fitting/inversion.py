@@ -24,6 +24,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.quantities.distributions import chi_square_quantile
+
 __all__ = ["CERTAIN", "cone_point", "crossing", "end_of_set", "end_of_time", "normals", "square_cone_point"]
 
 Array = NDArray[np.float64]
@@ -136,7 +138,7 @@ def cone_point(columns: Sequence[Array], kinds: tuple[str, ...], confidence: flo
     confidence : float
     """
     if not columns or not np.all(np.isfinite(np.stack(columns))):
-        return _chi_square_point(confidence)
+        return chi_square_quantile(confidence, 1)
     U = np.asarray(np.linalg.qr(np.stack(columns, axis=1), mode="r"), dtype=np.float64)
     return square_cone_point(U, [i for i, k in enumerate(kinds) if k == "one-sided"], confidence)
 
@@ -146,13 +148,7 @@ def square_cone_point(U: Array, sided: Sequence[int], confidence: float) -> floa
     y = np.ascontiguousarray(normals(len(U)).T)
     loose = [i for i in range(U.shape[1]) if i not in sided]
     gain = _explained(U, y, loose, sided) - _explained(U, y, [i for i in loose if i], sided)
-    return max(_chi_square_point(confidence), float(np.quantile(gain, confidence)))
-
-
-def _chi_square_point(confidence: float) -> float:
-    from scipy.special import chdtri
-
-    return float(chdtri(1, 1 - confidence))
+    return max(chi_square_quantile(confidence, 1), float(np.quantile(gain, confidence)))
 
 
 def _explained(U: Array, y: Array, loose: Sequence[int], sided: Sequence[int]) -> Array:

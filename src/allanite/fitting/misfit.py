@@ -25,6 +25,7 @@ from allanite.fitting.instrument import FLOOR, two_records
 from allanite.fitting.objective import CurveData, CurveSolution, advantage
 from allanite.fitting.rivals import DOUBTFUL, PAYS_FOR_TIME, PAYS_FOR_TWO, REJECTS_FLICKER
 from allanite.noise.allan.curve import AllanCurve
+from allanite.quantities.distributions import chi_square_tail
 
 __all__ = ["Floor", "LagChoice", "best_explained", "candidate"]
 
@@ -105,10 +106,8 @@ class LagChoice:
         return advantage(self.data, self.markov, self.flicker) > REJECTS_FLICKER
 
     def _p(self, at: CurveSolution) -> float:
-        from scipy.special import chdtrc
-
         free = int((at.c > 0).sum()) + len(at.times)
-        return float(chdtrc(max(len(self.data.variance) - free, 1), at.chi2))
+        return chi_square_tail(at.chi2, max(len(self.data.variance) - free, 1))
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,7 +34,7 @@ from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.allan.degrees import chi_square_factors
 from allanite.noise.quick_terms import is_quick
 from allanite.plain_files.counted import plural
-from allanite.quantities.distributions import normal_quantile
+from allanite.quantities.distributions import chi_square_tail, normal_quantile
 
 __all__ = ["curve_slopes", "fit_moments", "lags_used"]
 
@@ -258,8 +258,6 @@ def _verdict(models: list[NoiseModel], dt: float) -> str:
 def _model(
     fit: CurveFamilyFit, scale: float, curve: AllanCurve, confidence: float, facts: dict[str, float]
 ) -> NoiseModel:
-    from scipy.special import chdtrc
-
     dt, channel = curve.dt, curve.channels[0]
     chosen = fit.selected
     free = int((chosen.c > 0).sum()) + len(fit.supported & {*fit.family.markov})
@@ -281,7 +279,7 @@ def _model(
         estimates=tuple(estimates),
         confidence=confidence,
         covariance=_covariance(fit, confidence),
-        goodness={"chi2": chosen.chi2, "dof": dof, "p": float(chdtrc(dof, chosen.chi2)), **facts},
+        goodness={"chi2": chosen.chi2, "dof": dof, "p": chi_square_tail(chosen.chi2, dof), **facts},
         kind=channel.kind.value,
         unit="" if channel.kind.has_si else channel.unit,
     )

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite._kernels import curve_minimum, curve_step
+from allanite._kernels import curve_minimum, curve_step, curve_weight
 from allanite.fitting.design import MARKOV, CurveDesign, Times
 from allanite.fitting.nonnegative import nonnegative
 
@@ -273,19 +273,8 @@ def _factored(relative: Array, discrepancy: float) -> tuple[Array, Array, float]
     relative : ndarray, shape (n_lags, n_lags)
         Covariance of the curve over the products of its means.
     """
-    from scipy.linalg.lapack import dpotrf, dtrtri
-
-    variance = np.maximum(relative.diagonal(), 1e-14)
-    edf = np.maximum(2 / variance, _EDF_MIN)
-    spread = np.sqrt(variance)
-    rho = relative / (spread[:, None] * spread)
-    sd = np.sqrt(2 / (9 * edf))
-    rho.flat[:: len(rho) + 1] = 1.0 + 1e-9 + (discrepancy / 3 / sd) ** 2
-    factor, refused = dpotrf(rho, lower=1)
-    if refused:
-        return None
-    whiten = np.ascontiguousarray(dtrtri(factor, lower=1)[0] / sd)
-    return whiten, 1 - 2 / (9 * edf), 2 * float(np.log(np.diag(factor)).sum() + np.log(sd).sum())
+    whiten, centre, log_det = curve_weight(np.ascontiguousarray(relative), discrepancy, _EDF_MIN)
+    return None if math.isnan(log_det) else (whiten, centre, log_det)
 
 
 def _minimise(v: Array, A: Array, c: Array, free: NDArray[np.bool_], weight: _Weight) -> Array:

@@ -15,9 +15,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from statistics import NormalDist
 
 from allanite.noise import Estimate, NoiseModel
+from allanite.quantities.distributions import normal_quantile
 
 __all__ = ["with_scale_uncertainty"]
 
@@ -49,9 +49,9 @@ def _widened(estimate: Estimate, relative: float, confidence: float) -> Estimate
         return estimate
     lower, upper, value = estimate.lower, estimate.upper, estimate.value
     if not estimate.supported or value is None or value <= 0:
-        upper *= math.exp(NormalDist().inv_cdf(confidence) * relative)
+        upper *= math.exp(normal_quantile(confidence) * relative)
     else:
-        shift = NormalDist().inv_cdf(0.5 + confidence / 2) * relative
+        shift = normal_quantile(0.5 + confidence / 2) * relative
         lower = value * math.exp(-math.hypot(_distance(lower, value), shift)) if lower > 0 else 0.0
         upper = value * math.exp(math.hypot(_distance(value, upper), shift))
     return replace(estimate, lower=lower, upper=upper, statistical=(estimate.lower, estimate.upper))

@@ -56,11 +56,14 @@ def autocorrelations(u: Array) -> Array:
 
 def correlations(u: Array, first: NDArray[np.int64], second: NDArray[np.int64]) -> Array:
     """g_jk of eq. (2) for pairs of rows, shape (n_pairs, n_places)."""
-    from scipy.fft import irfft, next_fast_len, rfft
-
     n = u.shape[1]
-    size = next_fast_len(2 * n)
-    transforms = rfft(u, size, axis=1)
-    lagged = irfft((transforms[first] * transforms[second].conj()).real, size, axis=1)[:, :n]
+    size = _quick_length(2 * n)
+    transforms = np.fft.rfft(u, size, axis=1)
+    lagged = np.fft.irfft((transforms[first] * transforms[second].conj()).real, size, axis=1)[:, :n]
     lagged[:, 1:] *= 2
-    return np.asarray(lagged)
+    return lagged
+
+
+def _quick_length(n: int) -> int:
+    """A length of n or a little more whose Fourier transform is quick: m times a power of two."""
+    return min(m << (-(-n // m) - 1).bit_length() for m in (1, 3, 5, 9, 15))

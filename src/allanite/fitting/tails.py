@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from statistics import NormalDist
 
 from allanite.noise import Estimate, NoiseModel
 from allanite.quantities.display_units import si_unit
+from allanite.quantities.distributions import normal_quantile
 from allanite.quantities.quantity import Quantity
 from allanite.quantities.result import Result
 from allanite.recording.health.tails import TailLaw, Tails
@@ -111,7 +111,7 @@ def contamination_of(model: NoiseModel, tails: Tails, scale: float, dt: float) -
 
 
 def _quantile(model: NoiseModel) -> float:
-    return NormalDist().inv_cdf(0.5 + model.confidence / 2)
+    return normal_quantile(0.5 + model.confidence / 2)
 
 
 def _widened(estimate: Estimate, shift: float) -> Estimate:

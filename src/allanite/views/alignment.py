@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from statistics import NormalDist
 
 from allanite.experiments.alignment import AlignmentEstimate, Bias, LevelledAttitude
 from allanite.plain_files.counted import plural
+from allanite.quantities.distributions import normal_quantile
 from allanite.quantities.earth import DEG_H
 from allanite.quantities.number_words import duration, interval, number
 from allanite.study.result_document import ResultDocument
@@ -89,7 +89,7 @@ def _verdict(result: AlignmentEstimate) -> Iterator[PageBlock]:
 
 def _angles(result: AlignmentEstimate) -> Iterator[_Line]:
     """Heading, roll and pitch at the end; the heading at the beginning where the unit was turned."""
-    last, z = result.last, NormalDist().inv_cdf(0.5 + 0.5 * result.confidence)
+    last, z = result.last, normal_quantile(0.5 + 0.5 * result.confidence)
     yield _heading(last, "heading" if result.one_attitude else "heading at the end")
     yield _level("roll", last.roll, z * last.roll_sd)
     yield _level("pitch", last.pitch, z * last.pitch_sd)

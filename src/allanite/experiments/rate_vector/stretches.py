@@ -19,13 +19,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.rate_vector.verdict import LeftOut
 from allanite.experiments.static_spans.floor import chi_square, lowest_level
+from allanite.quantities.distributions import normal_quantile
 from allanite.recording.records import BLOCK, Recording
 
 __all__ = ["MOVING", "QUIET", "RISE", "SHORT", "WHY", "AxisCells", "cut", "rest", "restless", "settled"]
@@ -223,7 +223,7 @@ def settled(cells: AxisCells, state: NDArray[np.int64], pose: NDArray[np.int64])
     quiet = state == QUIET
     if not quiet.any():
         return state
-    bar = NormalDist().inv_cdf(1 - ALARM / (2 * quiet.sum() * cells.mean.shape[1]))
+    bar = normal_quantile(1 - ALARM / (2 * quiet.sum() * cells.mean.shape[1]))
     off = np.zeros(cells.count, dtype=bool)
     for p in np.unique(pose[quiet]):
         member = quiet & (pose == p)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from allanite.fitting.likelihood.objective import Objective, Point, RandomTerm, inner_of
 from allanite.fitting.likelihood.pool import Pool, contrasts
 from allanite.fitting.nonnegative import nonnegative
+from allanite.quantities.distributions import chi_square_tail
 
 __all__ = ["Band", "ModeBand", "bands", "explained", "first_guess"]
 
@@ -173,12 +174,10 @@ def explained(
 
     A power of e degrees of freedom is compared by its cube root, which is nearly normal (Wilson and Hilferty 1931).
     """
-    from scipy.special import chdtrc
-
     chi2 = 0.0
     for b in of_record:
         ratio, edf = b.seen(objective, at, slope / objective.scale)
         spread = 2 / (9 * edf)
         chi2 += (math.cbrt(ratio) - (1 - spread)) ** 2 / spread
     dof = max(len(of_record) - parameters, 1)
-    return chi2, dof, float(chdtrc(dof, chi2))
+    return chi2, dof, chi_square_tail(chi2, dof)

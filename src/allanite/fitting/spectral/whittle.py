@@ -35,6 +35,7 @@ from numpy.typing import NDArray
 from allanite.errors import FitError
 from allanite.fitting.nonnegative import nonnegative
 from allanite.fitting.spectral.ordinates import Ordinates
+from allanite.quantities.distributions import chi_square_tails, normal_quantiles
 
 __all__ = ["WhittleProblem", "WhittleSolution"]
 
@@ -310,17 +311,12 @@ class WhittleProblem:
 
     def scores(self, at: WhittleSolution) -> Array:
         """Normal score of each ordinate: where it lies in the law that the model gives it."""
-        from scipy.special import chdtr, chdtrc, ndtri
-
         dof = self.data.weight
         ratio = self.values(at.ramp) / at.mean
         if self.data.common.shape[1]:
             ratio = ratio * np.exp(-(self.data.common @ self._shared(ratio)))
-        x = dof * ratio
-        low, high = chdtr(dof, x), chdtrc(dof, x)
-        tiny = 1e-300
-        scores: Array = np.where(low < 0.5, ndtri(np.maximum(low, tiny)), -ndtri(np.maximum(high, tiny)))
-        return scores
+        low, high = np.maximum(chi_square_tails(dof * ratio, dof), 1e-300)
+        return np.where(low < 0.5, normal_quantiles(low), -normal_quantiles(high))
 
 
 def _running_mean(value: Array, dof: Array, reach: int = 3) -> Array:

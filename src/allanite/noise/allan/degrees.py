@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
+from allanite.quantities.distributions import chi_square_quantiles
 
 __all__ = ["chi_square_factors", "edf_greenhall", "edf_total", "local_power_law", "shifted_factors"]
 
@@ -46,8 +47,6 @@ def chi_square_factors(edf: Array, confidence: float) -> tuple[Array, Array]:
     DataQualityError
         Degrees of freedom that are zero or negative.
     """
-    from scipy.special import gammaincinv
-
     if isinstance(confidence, bool) or not (isinstance(confidence, (int, float)) and 0 < confidence < 1):
         raise InputError(f"confidence must lie between 0 and 1 (0.95 for 95 %), not {confidence!r}")
     edf = np.asarray(edf, dtype=np.float64)
@@ -58,8 +57,8 @@ def chi_square_factors(edf: Array, confidence: float) -> tuple[Array, Array]:
         )
     tail = (1 - confidence) / 2
     with np.errstate(invalid="ignore"):
-        low = np.sqrt(edf / 2 / gammaincinv(edf / 2, 1 - tail))
-        high = np.sqrt(edf / 2 / gammaincinv(edf / 2, tail))
+        low = np.sqrt(edf / chi_square_quantiles(tail, edf, upper=True))
+        high = np.sqrt(edf / chi_square_quantiles(tail, edf))
     return low, high
 
 
@@ -69,13 +68,11 @@ def shifted_factors(edf: Array, shape: Array, confidence: float) -> tuple[Array,
     Over its mean the variance is taken as 1 + (X - shape)/sqrt(edf shape), X chi-square of `shape` degrees of freedom:
     its first three moments are right (Imhof, Biometrika 48, 1961). shape = edf is the chi-square law.
     """
-    from scipy.special import gammaincinv
-
     tail = (1 - confidence) / 2
     with np.errstate(invalid="ignore"):
         low, high = (
-            1 / np.sqrt(1 + (2 * gammaincinv(shape / 2, p) - shape) / np.sqrt(edf * shape))
-            for p in (1 - tail, tail)
+            1 / np.sqrt(1 + (chi_square_quantiles(tail, shape, upper=upper) - shape) / np.sqrt(edf * shape))
+            for upper in (True, False)
         )
     return low, high
 

@@ -27,6 +27,7 @@ from allanite.noise.spectrum.periodogram import (
 from allanite.noise.spectrum.results import METHODS, Method, Spectrum
 from allanite.noise.spectrum.stability import examined
 from allanite.noise.spectrum.windows import window_of
+from allanite.quantities.distributions import chi_square_quantiles
 from allanite.recording.records import Recording
 
 __all__ = ["power_spectrum", "spectrum_of_pass"]
@@ -283,13 +284,11 @@ def _interval(
     frequency: Array, density: Array, edf: Array, confidence: float, bridged: Bridged, shared: Array
 ) -> tuple[Array, Array]:
     """Chi-square interval of what was seen, over what was put back; the error of that takes degrees of freedom off."""
-    from scipy.special import gammaincinv
-
     back = bridged.put_back(frequency)
     measured = np.maximum(density - back, 0.0)
     common = (density**2 * (shared**2).sum(axis=1) + bridged.white**2 * bridged.coupling) / 2
     dof = 1 / (1 / edf + np.divide(common, measured**2, out=np.zeros_like(measured), where=measured > 0))
-    half, tail = np.maximum(dof, 1.0) / 2, (1 - confidence) / 2
-    ends = (measured * half / gammaincinv(half, part) for part in (1 - tail, tail))
+    dof, tail = np.maximum(dof, 1.0), (1 - confidence) / 2
+    ends = (measured * dof / chi_square_quantiles(tail, dof, upper=upper) for upper in (True, False))
     lower, upper = (back + end for end in ends)
     return lower, upper

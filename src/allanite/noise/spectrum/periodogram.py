@@ -393,9 +393,7 @@ class _Welch:
 
 
 def _power(segments: Array) -> Array:
-    from scipy.fft import rfft
-
-    parts = rfft(segments, axis=1).view(np.float64)  # real and imaginary parts by turns
+    parts = np.fft.rfft(segments, axis=1).view(np.float64)  # real and imaginary parts by turns
     squares: Array = np.einsum("ij,ij->j", parts, parts)
     return np.asarray(squares[::2] + squares[1::2])
 

@@ -15,11 +15,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.quantities.distributions import normal_quantile
 from allanite.recording.health.disturbance import SLIGHT, amplitude_drop, excess_of, freedom_of
 from allanite.recording.health.finding import Finding, Severity, finding, percent, short
 from allanite.recording.health.survey import ChannelSurvey
@@ -119,4 +119,4 @@ def _parts(scale: BlockDifferences, n_scales: int) -> _PartEnergies | None:
 def _quantile(dof: int, p: float) -> float:
     """Of chi-square (Wilson-Hilferty)."""
     spread = 2.0 / (9.0 * dof)
-    return dof * (1.0 - spread + NormalDist().inv_cdf(p) * math.sqrt(spread)) ** 3
+    return dof * (1.0 - spread + normal_quantile(p) * math.sqrt(spread)) ** 3

@@ -18,11 +18,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.quantities.distributions import normal_quantile
 from allanite.recording.health.finding import Finding, Severity, finding, percent, plural, short
 from allanite.recording.health.impulses import Impulses, Spikes
 from allanite.recording.health.resolution import is_unresolved
@@ -301,7 +301,7 @@ def quiet_deviations(survey: ChannelSurvey) -> list[float]:
 def _chi_square(dof: float, p: float) -> float:
     """Quantile of chi-square over its degrees of freedom (Wilson-Hilferty; 2 % at 16 degrees and p = 1 - 1e-9)."""
     spread = 2.0 / (9.0 * dof)
-    return max(1.0 - spread + NormalDist().inv_cdf(p) * math.sqrt(spread), 0.0) ** 3
+    return max(1.0 - spread + normal_quantile(p) * math.sqrt(spread), 0.0) ** 3
 
 
 def rest(survey: ChannelSurvey) -> Iterator[Finding]:

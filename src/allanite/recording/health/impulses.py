@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
+
+from allanite.quantities.distributions import normal_quantile
 
 __all__ = ["Impulses", "Spikes"]
 
@@ -75,7 +76,7 @@ class Spikes:
     @classmethod
     def factor(cls, n_samples: int) -> float:
         """Distance in standard deviations beyond which a sample of a record of this length is an impulse."""
-        return cls.MARGIN * NormalDist().inv_cdf(1.0 - cls.ALARM / (2.0 * max(n_samples, 2)))
+        return cls.MARGIN * normal_quantile(1.0 - cls.ALARM / (2.0 * max(n_samples, 2)))
 
     def add(self, block: Samples, step: Samples, start: int) -> Index:
         """Take the next block (NaN: missing) and its first differences; positions of spikes within the block."""
@@ -165,8 +166,9 @@ def _trimmed_sd(deviation: Samples, share: float = 0.95) -> float:
     if len(size) == 0:
         return 0.0
     kept = size[: max(1, int(share * len(size)))]
-    z = NormalDist().inv_cdf(0.5 * (1.0 + share))
-    variance = float(np.mean(kept * kept)) / (1.0 - 2.0 * z * NormalDist().pdf(z) / share)
+    z = normal_quantile(0.5 * (1.0 + share))
+    density = math.exp(-0.5 * z * z) / math.sqrt(2.0 * math.pi)
+    variance = float(np.mean(kept * kept)) / (1.0 - 2.0 * z * density / share)
     return math.sqrt(variance if variance > 0.0 else float(np.mean(size * size)))
 
 

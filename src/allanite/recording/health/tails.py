@@ -31,11 +31,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.quantities.distributions import normal_quantile
 from allanite.recording.health.finding import Finding, Severity, finding, percent
 from allanite.recording.health.survey import ChannelSurvey, lattice_of, probes
 from allanite.recording.health.tallies import Extremes
@@ -224,7 +224,7 @@ def law_of(recording: Recording, name: str, stretches: Sequence[Samples] | None 
 
 
 def _bar() -> float:
-    return NormalDist().inv_cdf(1.0 - ALARM)
+    return normal_quantile(1.0 - ALARM)
 
 
 # -- samples ----------------------------------------------------------------------------------------------

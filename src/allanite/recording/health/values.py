@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.quantities.distributions import normal_quantile
 from allanite.recording.health.finding import Finding, Severity, finding, percent, plural
 from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.health.tallies import Extreme, Runs
@@ -191,7 +191,7 @@ def clipping(survey: ChannelSurvey) -> Iterator[Finding]:
     if not sides:
         return
     share = max(int(e.samples[0]) for _, e in sides) / survey.present
-    level = -NormalDist().inv_cdf(min(share, 0.5))
+    level = -normal_quantile(min(share, 0.5))
     fatal = level <= 3.25
     text = " and ".join(
         f"the {end} value {e.values[0] + survey.origin:.6g}{survey.unit} {e.samples[0]} times"

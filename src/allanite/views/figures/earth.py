@@ -7,12 +7,12 @@ In deg/h.
 from __future__ import annotations
 
 import math
-from statistics import NormalDist
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from allanite.experiments.reversals.sides import direction_of, is_vertical, sides_of
+from allanite.quantities.distributions import normal_quantile
 from allanite.quantities.number_words import interval, number
 from allanite.views.figures.panel import Array, Axis, Curve, Label, Panel, around, array
 from allanite.views.figures.records import clock
@@ -53,7 +53,7 @@ def level(height: float, ends: tuple[float, float], label: str) -> Curve:
 
 def quantile(confidence: float) -> float:
     """Half width of an interval, in standard deviations of a normal law."""
-    return NormalDist().inv_cdf((1 + confidence) / 2)
+    return normal_quantile((1 + confidence) / 2)
 
 
 # -- as the record grows ----------------------------------------------------------------------------------

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import math
-from statistics import NormalDist
 from typing import TYPE_CHECKING
 
 from allanite.experiments.reversals import Reversals
 from allanite.experiments.reversals.sides import is_vertical, sides_of, triple_of
 from allanite.plain_files.counted import plural
+from allanite.quantities.distributions import normal_quantile
 from allanite.quantities.earth import DEG_H
 from allanite.quantities.number_words import interval, number
 from allanite.quantities.units import STANDARD_GRAVITY
@@ -59,7 +59,7 @@ def earth_rate_lines(estimate: EarthRateEstimate) -> list[EarthRateWording]:
 
 
 def _reading_line(estimate: EarthRateEstimate, reading: RateReading) -> EarthRateWording:
-    quantile = NormalDist().inv_cdf((1 + estimate.confidence) / 2)
+    quantile = normal_quantile((1 + estimate.confidence) / 2)
     name, note = _reading_words(estimate.first, reading.name)
     if reading.scatter is not None:
         alone = f"±{number(quantile * reading.scatter / DEG_H, 2)} ({100 * estimate.confidence:g} %)"
