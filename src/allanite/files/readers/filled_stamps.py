@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
 
-__all__ = ["BLOCK", "ArrayStamps", "Filled", "Stamps"]
+__all__ = ["BLOCK", "ArrayStamps", "Filled", "KeptStamps", "Stamps"]
 
 _Floats = NDArray[np.float64]
 
@@ -44,6 +44,42 @@ class ArrayStamps:
             return np.asarray(self.seconds[start:stop] - self.seconds[0])
 
 
+@dataclass(frozen=True, slots=True)
+class KeptStamps:
+    """Stamps that were read into memory, because they are looked through several times.
+
+    Attributes
+    ----------
+    seconds : ndarray, shape (n,)
+        Since the first one; NaN where missing. Not to be written into.
+    """
+
+    seconds: _Floats
+
+    @classmethod
+    def of(cls, stamps: Stamps) -> KeptStamps | None:
+        """The stamps, or None if they are too many."""
+        if isinstance(stamps, cls):
+            return stamps
+        if len(stamps) > _IN_MEMORY:
+            return None
+        seconds = np.empty(len(stamps))
+        for start in range(0, len(stamps), BLOCK):
+            seconds[start : start + BLOCK] = stamps.read(start, start + BLOCK)
+        return cls(seconds)
+
+    def __len__(self) -> int:
+        return len(self.seconds)
+
+    def read(self, start: int, stop: int) -> _Floats:
+        return self.seconds[start:stop]
+
+    def fall(self) -> bool:
+        """True if a stamp is earlier than the one before."""
+        parts = (self.seconds[max(a - 1, 0) : a + BLOCK] for a in range(0, len(self), BLOCK))
+        return any(bool((part[1:] < part[:-1]).any()) for part in parts)
+
+
 class Filled:
     """Stamps whose missing ones are interpolated, so that one empty cell does not end the analysis.
 
@@ -53,13 +89,9 @@ class Filled:
     def __init__(self, stamps: Stamps) -> None:
         self._stamps = stamps
         self.block = BLOCK
-        self._kept: _Floats | None = None
-        self._whole = False  # no stamp is missing
-        if len(stamps) <= _IN_MEMORY:
-            kept = np.empty(len(stamps))
-            for start in range(0, len(stamps), self.block):
-                kept[start : start + self.block] = stamps.read(start, start + self.block)
-            self._kept, self._whole = kept, bool(np.isfinite(kept).all())
+        kept = KeptStamps.of(stamps)
+        self._kept = None if kept is None else kept.seconds
+        self._whole = self._kept is not None and bool(np.isfinite(self._kept).all())  # no stamp is missing
 
     def __len__(self) -> int:
         return len(self._stamps)

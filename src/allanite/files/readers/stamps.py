@@ -28,6 +28,7 @@ from allanite.files.readers.column_look import (
     roughness,
     stands_still,
 )
+from allanite.files.readers.filled_stamps import KeptStamps
 from allanite.files.readers.gps_week import WEEK, find_gps_clock, is_slow, names_time_of_week, unit_of_week
 from allanite.files.readers.headings import Heading, is_second_part, may_be_time
 from allanite.files.readers.packed_time import DAY, find_packed
@@ -229,14 +230,20 @@ def _single(
     column, heading = table.columns[chosen], table.headings[chosen]
     name = heading.name or f"column {table.numbers[chosen]}"
     unit = _unit(table, chosen, guesses, stated)
+    first = first_finite(column)
+    stamps: Stamps = Scaled(column, unit.factor, first)
+    kept = KeptStamps.of(stamps)
     turned = None
-    if chosen not in table.known_units:
+    if chosen not in table.known_units and (kept is None or kept.fall()):
         counts = stated is not None and stated.counts
         turned = unwrapped(column, None if counts else unit.factor, stated.turn if stated else None)
     if turned is not None:
         column = turned.column
         guesses.append(f"{name} wraps at {turned.turn:.15g} {unit.unit}, {_times(turned.times)}: unwrapped")
-    first = first_finite(column)
+        first = first_finite(column)
+        stamps = Scaled(column, unit.factor, first)
+    elif kept is not None:
+        stamps = kept
     absolute = first + column.origin
     if unit.factor >= 1e-9 and round(unit.factor * 1e9) == unit.factor * 1e9:
         first_ns = round(absolute * round(unit.factor * 1e9))
@@ -248,7 +255,7 @@ def _single(
         last = float(np.abs(column.read(len(column) - 1, len(column))).max())
         spacing = float(np.spacing(column.dtype.type(max(abs(first), last)))) * unit.factor
     return TimeChoice(
-        stamps=Scaled(column, unit.factor, first),
+        stamps=stamps,
         source=name,
         unit=unit.unit,
         start=start,
