@@ -89,11 +89,13 @@ def account_of(log: str | os.PathLike[str]) -> RunAccount | None:
     FormatError, StorageError
         Nothing of it can be read, or the disk refuses.
     """
+    place = Path(log)
+    if not place.is_dir():
+        return None
     from allanite.files.readers.run import sniff
     from allanite.files.store import open_run, recover
 
-    place = Path(log)
-    if not place.is_dir() or not sniff(b"", place):
+    if not sniff(b"", place):
         return None
     run = open_run(place)
     if run.status == "recording" or _is_sound(run):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import datetime
 import re
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, Final
 
 import numpy as np
@@ -47,36 +47,33 @@ NUMBERS: Final = "date"
 HALVES: Final = "am/pm"
 
 #: Name of a format and its patterns; the first that matches counts.
-DATE_FORMATS: dict[str, tuple[re.Pattern[str], ...]] = {
-    name: tuple(re.compile(pattern) for pattern in patterns)
-    for name, patterns in {
-        "iso8601": (r"(?P<Y>\d{4})-(?P<m>0?[1-9]|1[0-2])-(?P<d>\d{1,2})(?:[T ]" + _CLOCK + _ZONE + ")?",),
-        "dd-mon-yyyy": (
-            _WEEKDAY
-            + r"(?P<d>\d{1,2})(?:\.\s?|[-/ ])?(?P<b>[A-Za-zä]{3,9})(?:\.?[-/ ,]\s?)?(?P<Y>\d{4}|\d\d)"
-            + _THEN_CLOCK,
-            _WEEKDAY + r"(?P<b>[A-Za-zä]{3,9})\.?[-/ ](?P<d>\d{1,2})(?:,\s?|[-/ ])(?P<Y>\d{4})" + _THEN_CLOCK,
-            r"[A-Za-z]{3} (?P<b>[A-Za-z]{3})\s+(?P<d>\d{1,2}) " + _CLOCK + r" (?P<Y>\d{4})",
-            r"(?P<Y>\d{4})[-/ ](?P<b>[A-Za-z]{3,9})[-/ ](?P<d>\d{1,2})" + _THEN_CLOCK,
-        ),
-        "mon dd hh:mm:ss": (
-            r"(?P<b>[A-Za-z]{3,9})\.?\s+(?P<d>\d{1,2})\s+" + _CLOCK,
-            r"(?P<d>\d{1,2})\s+(?P<b>[A-Za-z]{3,9})\.?\s+" + _CLOCK,
-        ),
-        NUMBERS: (
-            r"(?P<a>\d{1,4})(?P<x>[-/.])(?P<n>\d{1,2})(?P=x)(?P<c>\d{1,4})" + _THEN_CLOCK,
-            _CLOCK + r"[T_ ]\s*(?P<a>\d{1,4})(?P<x>[-/.])(?P<n>\d{1,2})(?P=x)(?P<c>\d{1,4})",
-            r"(?P<a>\d\d)(?P<x>)(?P<n>\d\d)(?P<c>(?:19|20)\d\d)[-_T ]" + _CLOCK + _ZONE,
-            r"(?P<a>\d\d)(?P<x>)(?P<n>\d\d)(?P<c>\d\d)" + _PACKED_CLOCK.replace("?(?P<f>", "(?P<f>"),
-        ),
-        "yyyymmdd": (
-            r"(?P<Y>(?:19|20)\d\d)(?P<m>0[1-9]|1[0-2])(?P<d>[0-3]\d)[-_T ]" + _CLOCK + _ZONE,
-            r"(?P<Y>(?:19|20)\d\d)(?P<m>0[1-9]|1[0-2])(?P<d>[0-3]\d)[-_T ]" + _SHORT_CLOCK + _ZONE,
-            r"(?P<Y>(?:19|20)\d\d)(?P<m>0[1-9]|1[0-2])(?P<d>[0-3]\d)" + _PACKED_CLOCK,
-        ),
-        "hh:mm:ss": (_CLOCK,),
-        HALVES: (r"(?P<p>[AaPp])\.?[Mm]\.?",),
-    }.items()
+DATE_FORMATS: Final[dict[str, tuple[str, ...]]] = {
+    "iso8601": (r"(?P<Y>\d{4})-(?P<m>0?[1-9]|1[0-2])-(?P<d>\d{1,2})(?:[T ]" + _CLOCK + _ZONE + ")?",),
+    "dd-mon-yyyy": (
+        _WEEKDAY
+        + r"(?P<d>\d{1,2})(?:\.\s?|[-/ ])?(?P<b>[A-Za-zä]{3,9})(?:\.?[-/ ,]\s?)?(?P<Y>\d{4}|\d\d)"
+        + _THEN_CLOCK,
+        _WEEKDAY + r"(?P<b>[A-Za-zä]{3,9})\.?[-/ ](?P<d>\d{1,2})(?:,\s?|[-/ ])(?P<Y>\d{4})" + _THEN_CLOCK,
+        r"[A-Za-z]{3} (?P<b>[A-Za-z]{3})\s+(?P<d>\d{1,2}) " + _CLOCK + r" (?P<Y>\d{4})",
+        r"(?P<Y>\d{4})[-/ ](?P<b>[A-Za-z]{3,9})[-/ ](?P<d>\d{1,2})" + _THEN_CLOCK,
+    ),
+    "mon dd hh:mm:ss": (
+        r"(?P<b>[A-Za-z]{3,9})\.?\s+(?P<d>\d{1,2})\s+" + _CLOCK,
+        r"(?P<d>\d{1,2})\s+(?P<b>[A-Za-z]{3,9})\.?\s+" + _CLOCK,
+    ),
+    NUMBERS: (
+        r"(?P<a>\d{1,4})(?P<x>[-/.])(?P<n>\d{1,2})(?P=x)(?P<c>\d{1,4})" + _THEN_CLOCK,
+        _CLOCK + r"[T_ ]\s*(?P<a>\d{1,4})(?P<x>[-/.])(?P<n>\d{1,2})(?P=x)(?P<c>\d{1,4})",
+        r"(?P<a>\d\d)(?P<x>)(?P<n>\d\d)(?P<c>(?:19|20)\d\d)[-_T ]" + _CLOCK + _ZONE,
+        r"(?P<a>\d\d)(?P<x>)(?P<n>\d\d)(?P<c>\d\d)" + _PACKED_CLOCK.replace("?(?P<f>", "(?P<f>"),
+    ),
+    "yyyymmdd": (
+        r"(?P<Y>(?:19|20)\d\d)(?P<m>0[1-9]|1[0-2])(?P<d>[0-3]\d)[-_T ]" + _CLOCK + _ZONE,
+        r"(?P<Y>(?:19|20)\d\d)(?P<m>0[1-9]|1[0-2])(?P<d>[0-3]\d)[-_T ]" + _SHORT_CLOCK + _ZONE,
+        r"(?P<Y>(?:19|20)\d\d)(?P<m>0[1-9]|1[0-2])(?P<d>[0-3]\d)" + _PACKED_CLOCK,
+    ),
+    "hh:mm:ss": (_CLOCK,),
+    HALVES: (r"(?P<p>[AaPp])\.?[Mm]\.?",),
 }
 _KEPT = 256  # characters of a cell that is remembered
 _MONTHS = {"jan": 1, "feb": 2, "mar": 3, "apr": 4, "may": 5, "jun": 6, "jul": 7, "aug": 8, "sep": 9, "oct": 10,
@@ -90,9 +87,15 @@ _LONGEST_EXACT = 1 << 52  # nanoseconds that float64 tells apart: 52 days
 _CENTURY = 69  # of years of two digits: 69 is 1969, 68 is 2068, as in POSIX
 
 
+@cache
+def _patterns(name: str) -> tuple[re.Pattern[str], ...]:
+    """Compiled on first use: most logs hold no dates."""
+    return tuple(map(re.compile, DATE_FORMATS[name]))
+
+
 def date_format(cell: str) -> str | None:
     """Name of the format of a cell, or None."""
-    if cell[-1:] in "Mm." and len(cell) <= 4 and DATE_FORMATS[HALVES][0].fullmatch(cell):
+    if cell[-1:] in "Mm." and len(cell) <= 4 and _patterns(HALVES)[0].fullmatch(cell):
         return HALVES
     if len(cell) < 5 or not (set("-:/. T") & set(cell) or (cell[0].isdigit() and cell[-5].isalpha())):
         return None
@@ -130,8 +133,8 @@ def packed_format(cells: Sequence[str]) -> str | None:
 
 
 def _matched(cell: str) -> tuple[str, re.Match[str]] | None:
-    for name, patterns in DATE_FORMATS.items():
-        for pattern in patterns:
+    for name in DATE_FORMATS:
+        for pattern in _patterns(name):
             match = pattern.fullmatch(cell)
             if match is None or not _sound(match):
                 continue
@@ -165,7 +168,7 @@ def _converted(
     cells: Iterable[str | None], name: str, convert: Any
 ) -> NDArray[np.int64] | NDArray[np.float64]:
     values: list[int | None] = []
-    patterns = DATE_FORMATS[name]
+    patterns = _patterns(name)
     for i, cell in enumerate(cells):
         if cell is None:
             values.append(None)
