@@ -49,7 +49,7 @@ coverage: $(VENV)/.dev ## lines and branches that the tests run, in every proces
 	$(BIN)/python -m coverage report --skip-covered --show-missing >build/coverage/report.txt
 	tail -n 1 build/coverage/report.txt
 
-bench: $(VENV)/.dev ## speed and memory beside allantools, statsmodels and plain NumPy
+bench: $(VENV)/.dev ## speed and memory beside other tools and the last commit (rows that grew by 15 % are red)
 	$(BIN)/python -m benchmarks
 
 docs: $(VENV)/.docs ## bring the generated pages and figures up to date, run every example, build the site

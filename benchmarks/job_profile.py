@@ -4,27 +4,38 @@
     OMP_NUM_THREADS=1 python -m benchmarks.job_profile NAME ARGUMENT...
 
 runs ``allanite ARGUMENT...`` under cProfile and writes the functions of allanite that take most, calls included, to
-``benchmarks/profiles/NAME.txt``. The profiler itself adds some 30 %.
+``benchmarks/profiles/NAME.txt``. The profiler itself adds some 30 %. With ``--parts`` in place of NAME it prints the
+shares of the modules as JSON, each with the library functions that it calls and without other modules.
 """
 
 from __future__ import annotations
 
+import contextlib
 import cProfile
 import io
+import json
 import pstats
 import re
 import sys
 import threading
 import time
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 FOLDER = Path(__file__).parent / "profiles"
 _LINES = 40
+#: File, line and name.
+Function = tuple[str, int, str]
+_DEPTH = 30  # calls between a module and what is below it
+_MODULE = re.compile(r"/allanite/(\S+)\.py$")
+_PACKAGE = re.compile(r"(?:site-packages|src)/([^/]+)")
 _PLACE = re.compile(r"\S*/allanite/(\S+\.py):\d+")
 
 
-def profiled(arguments: list[str]) -> pstats.Stats:
-    """Runs the command, and adds up what its threads did."""
+def profiled(job: Callable[[], object]) -> pstats.Stats:
+    """Runs a job, and adds up what its threads did."""
     profiles = [cProfile.Profile(time.thread_time)]
     run = threading.Thread.run
 
@@ -33,11 +44,8 @@ def profiled(arguments: list[str]) -> pstats.Stats:
         profiles[-1].runcall(run, thread)
 
     threading.Thread.run = traced  # type: ignore[method-assign]
-    from allanite.__main__ import main
-
-    sys.argv = ["allanite", *arguments]
     try:
-        profiles[0].runcall(main)
+        profiles[0].runcall(job)
     except SystemExit as end:
         if end.code:
             raise
@@ -48,6 +56,57 @@ def profiled(arguments: list[str]) -> pstats.Stats:
     for profile in profiles[1:]:
         total.add(profile)
     return total
+
+
+def command(arguments: list[str]) -> None:
+    """``allanite ARGUMENT...``, its imports included."""
+    from allanite.__main__ import main
+
+    sys.argv = ["allanite", *arguments]
+    main()
+
+
+def parts(stats: pstats.Stats, functions: bool = False) -> list[tuple[str, float]]:
+    """Modules of allanite (or their functions) and imports of each package: their shares, the largest first.
+
+    A function of a library counts where it was called from, in proportion to the time of the calls.
+    """
+    rows: dict[Function, Any] = stats.stats  # type: ignore[attr-defined]
+    callers = {f: {g: called[3] for g, called in row[4].items()} for f, row in rows.items()}
+    places = {f: place(f, functions) for f in rows}
+    held = {f: Counter({name: 1.0} if name else {}) for f, name in places.items()}
+    for _ in range(_DEPTH):
+        held |= {f: _mixed(f, held, callers[f]) for f in rows if not places[f]}
+    total: Counter[str] = Counter()
+    for f, row in rows.items():
+        for name, share in held[f].items():
+            total[name] += share * row[2]
+    whole = total.total() or 1.0
+    return [(name, time / whole) for name, time in total.most_common()]
+
+
+def place(function: Function, functions: bool = False) -> str:
+    """The part to which a function belongs by itself; "" where its callers decide."""
+    file, _, name = function
+    if name == "<module>":
+        package = _PACKAGE.search(file)
+        return f"import {package[1].removesuffix('.py')}" if package else "import Python's"
+    inside = _MODULE.search(file)
+    module = inside[1].replace("/", ".").removesuffix(".__init__") if inside else ""
+    return f"{module}.{name}" if module and functions else module
+
+
+def _mixed(
+    function: Function, held: dict[Function, Counter[str]], callers: dict[Function, float]
+) -> Counter[str]:
+    """What the callers of a function hold; finding a module that allanite asks for counts as the import of allanite."""
+    mixed: Counter[str] = Counter()
+    for caller, time_of_calls in callers.items():
+        for name, share in held[caller].items():
+            finds = function[2] == "_find_and_load" and not name.startswith("import ")
+            mixed["import allanite" if finds else name] += share * time_of_calls
+    whole = mixed.total()
+    return Counter({name: time / whole for name, time in mixed.items()}) if whole else mixed
 
 
 def written(stats: pstats.Stats, arguments: list[str]) -> str:
@@ -63,7 +122,11 @@ def written(stats: pstats.Stats, arguments: list[str]) -> str:
 
 
 if __name__ == "__main__":
-    FOLDER.mkdir(exist_ok=True)
-    (FOLDER / f"{sys.argv[1]}.txt").write_text(
-        written(profiled(sys.argv[2:]), sys.argv[2:]), encoding="utf-8"
-    )
+    name, *arguments = sys.argv[1:]
+    with contextlib.redirect_stdout(io.StringIO()) if name == "--parts" else contextlib.nullcontext():
+        stats = profiled(lambda: command(arguments))
+    if name == "--parts":
+        print(json.dumps(parts(stats)))
+    else:
+        FOLDER.mkdir(exist_ok=True)
+        (FOLDER / f"{name}.txt").write_text(written(stats, arguments), encoding="utf-8")

@@ -8,8 +8,8 @@ are those of the reader and of the child in which it parses, all threads togethe
 something else they say more than the clock does. Memory is the largest that one of the two processes held. The file
 was just written, so it comes from the cache of the system: what is measured is the reading, not the disk.
 
-The last rows are bars that a release has to meet: 20 million rows of time and value as CSV and as Parquet, and a
-million messages of an IMU in each container of ROS.
+A release has to read a million messages of an IMU in each container of ROS within a bar. `benchmarks.jobs` reads 20
+million rows of text and Parquet.
 """
 
 from __future__ import annotations
@@ -162,21 +162,6 @@ def _after(head: list[str], rows: Any) -> Any:
     yield from rows
 
 
-def _long_csv(path: Path, y: NDArray[np.float64]) -> None:
-    import pyarrow as pa
-    import pyarrow.csv
-
-    pa.csv.write_csv(pa.table({"t (s)": np.arange(len(y)) / 200.0, "rate (deg/s)": y}), path)
-
-
-def _long_parquet(path: Path, y: NDArray[np.float64]) -> None:
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    table = pa.table({"t (s)": np.arange(len(y)) / 200.0, "rate (deg/s)": y})
-    pq.write_table(table, path, compression="zstd")
-
-
 LAYOUT = {"rate": 200, "frame": {"fields": [{"name": n, "type": "f32"} for n in NAMES]}}
 Case = tuple[str, Callable[[Path, Any], None], dict[str, Any]]
 FORMATS: dict[str, Case] = {
@@ -196,12 +181,7 @@ FORMATS: dict[str, Case] = {
     "PX4 ULog": ("log.ulg", _ulog, {}),
     "raw binary": ("log.raw", _raw, {"layout": LAYOUT}),
 }
-#: Bars: format -> seconds for as many rows.
-ROS_BAR, LONG = 8.0, 20_000_000
-BARS: dict[str, tuple[Case, float]] = {
-    "20 million rows, CSV": (("long.csv", _long_csv, {}), 5.0),
-    "20 million rows, Parquet": (("long.parquet", _long_parquet, {}), 2.0),
-}
+ROS_BAR = 8.0  # seconds
 
 _READ = """
 import json, resource, sys, time
@@ -250,14 +230,11 @@ def main() -> None:
             formats.append(measure(name, case, y, Path(folder)))
             if name.startswith("ROS"):
                 formats[-1]["bar"] = ROS_BAR
-        long = np.random.default_rng(2).normal(size=LONG) * 0.01
-        for name, (case, bar) in BARS.items():
-            formats.append({**measure(name, case, long, Path(folder)), "bar": bar})
     result = {
         "machine": describe("pyarrow", "scipy", "h5py", "npTDMS", "pyulog", "rosbags", "python-calamine"),
         "formats": formats,
         "notes": [
-            f"{ROWS} rows of six channels, or as many as are said; best of three, from the call to the last value",
+            f"{ROWS} rows of six channels; best of three, from the call to the last value",
             "processor time: of all threads and of the child process; rows/s by it",
         ],
     }

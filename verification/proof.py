@@ -115,17 +115,18 @@ _SPEED = """## Speed
 Each page names its machine; `make bench` measures yours.
 
 <!-- pages -->
-* [A week of six axes at 32 Hz](../benchmarks/results/characterize_speed.md): from file to report
+* [The jobs that users wait for](../benchmarks/results/jobs.md): time and memory, beside what is wanted and other tools
+* [Growth](../benchmarks/results/growth.md): time and memory of the commands by samples, channels and records
 * [Allan deviation](../benchmarks/results/allan_speed.md): a week at 32 Hz, beside AllanTools and plain NumPy
 * [Kalman filter](../benchmarks/results/kalman_speed.md): a week at 32 Hz, beside statsmodels and FilterPy
-* [Filter of a recording](../benchmarks/results/filter_speed.md): drift and its deviation at each sample of a week
 * [Table of a fleet](../benchmarks/results/fleet_table.md): 100 000 logs written, and 10 of them again
-* [Simulation](../benchmarks/results/simulation_speed.md): a week at 32 Hz
 * [Reading logs](../benchmarks/results/read_speed.md): each format
 * [A billion samples](../benchmarks/results/billion_samples.md): from disk, one thread
 * [A long series on the page](../benchmarks/results/page_speed.md), and [its bounds](../verification/results/page.md)
 * [Decimated engine](../benchmarks/results/decimation_loss.md): the degrees of freedom that it loses
-* [Other tools](../verification/results/scoreboard.md): every row of the scoreboard"""
+* [Other tools](../verification/results/scoreboard.md): every row of the scoreboard
+
+![Processor time and memory of each command by samples and channels](images/growth.png)"""
 #: Gates whose lower end is below this are those of false alarms.
 _ALARM = 0.3
 #: Columns that hold a row by being zero.
