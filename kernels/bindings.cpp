@@ -18,6 +18,7 @@
 #include "allanite/gamma_law.hpp"
 #include "allanite/noise.hpp"
 #include "allanite/online_allan.hpp"
+#include "allanite/pairs_in_runs.hpp"
 #include "allanite/pool_likelihood.hpp"
 #include "allanite/smoother.hpp"
 #include "allanite/strands.hpp"
@@ -240,6 +241,23 @@ NewMatrix power_window_pairs(const Matrix& lengths, const Integers& offsets, con
     nb::gil_scoped_release unlocked;
     allanite::power_window_pairs(slice(lengths), slice(offsets), slice(distance), slice(exponents), out);
     return covariance;
+}
+
+NewVector pairs_in_runs(const Runs& first, const Runs& second, const Vector& distance) {
+    require_runs(slice(first), PTRDIFF_MAX);
+    require_runs(slice(second), PTRDIFF_MAX);
+    auto [pairs, out] = new_array<NewVector>({distance.size()});
+    nb::gil_scoped_release unlocked;
+    const size_t runs = second.shape(0);
+    std::vector<double> before(runs);
+    std::vector<int64_t> nearest(runs + 1);
+    if (runs == 0) {
+        for (Index i = 0; i < out.size; ++i) out[i] = 0.0;
+        return pairs;
+    }
+    const allanite::RunPositions positions{slice(second), {before.data(), Index(runs)}, {nearest.data(), Index(runs + 1)}};
+    allanite::pairs_in_runs(slice(first), positions, slice(distance), out);
+    return pairs;
 }
 
 std::pair<NewVector, NewMatrix> pool_likelihood(const Vector& c, const Matrix& rows, const Shapes& pools,
@@ -689,6 +707,9 @@ NB_MODULE(_kernels, m) {
           "distance"_a.noconvert(), "exponents"_a.noconvert(),
           "The same for S(t) = |t|**(2 + e) of several exponents e between -1 and 1, shape (n_exponents, n_distances);\n"
           "t**2 log|t| where e is 0. Windows more than fifty lengths apart: by the fourth derivative.");
+    m.def("pairs_in_runs", &pairs_in_runs, "first"_a.noconvert(), "second"_a.noconvert(), "distance"_a.noconvert(),
+          "How many positions i of the runs `first` have i + k in the runs `second`, at every distance k, linear between\n"
+          "whole k. Runs: begin and end of each, none empty, rising, none touching the next, shape (n, 2).");
     m.def("pool_likelihood", &pool_likelihood, "c"_a.noconvert(), "rows"_a.noconvert(), "pools"_a.noconvert(),
           "moments"_a.noconvert(), "values"_a.noconvert(), "tilts"_a.noconvert(), "slope"_a, "averaged"_a,
           "Minus twice the log-likelihood of pools of vectors and of single values, less constants; the slope of a ramp\n"

@@ -11,6 +11,7 @@
 #include "allanite/curve_fit.hpp"
 #include "allanite/gamma_law.hpp"
 #include "allanite/noise.hpp"
+#include "allanite/pairs_in_runs.hpp"
 #include "allanite/theo.hpp"
 #include "allanite/window_pairs.hpp"
 #include "records.hpp"
@@ -255,6 +256,32 @@ void pairs_of_windows() {
     for (double r : laws) check(std::isfinite(r), "pairs: finite power law");
 }
 
+/// Pairs of positions counted one by one, for few runs and for many more of the second kind, on both ways of the search.
+void pairs_of_positions() {
+    for (const int many : {1, 3, 40}) {
+        Integers first{2, 5, 9, 10}, second;
+        for (int j = 0; j < many; ++j) second.insert(second.end(), {Index(7 * j + j % 3), Index(7 * j + 4)});
+        Reals distance, before(second.size() / 2), pairs;
+        Integers nearest(second.size() / 2 + 1);
+        for (int k = -30; k <= 7 * many + 10; ++k) distance.push_back(k);
+        pairs.resize(distance.size());
+        const RunPositions positions{fixed(second), whole(before), whole(nearest)};
+        pairs_in_runs(fixed(first), positions, fixed(distance), whole(pairs));
+        for (size_t node = 0; node < distance.size(); ++node) {
+            double counted = 0.0;
+            for (size_t r = 0; r < first.size(); r += 2) {
+                for (Index i = first[r]; i < first[r + 1]; ++i) {
+                    for (size_t q = 0; q < second.size(); q += 2) {
+                        const double place = double(i) + distance[node];
+                        counted += double(second[q]) <= place && place < double(second[q + 1]);
+                    }
+                }
+            }
+            check(pairs[node] == counted, "pairs: positions of runs");
+        }
+    }
+}
+
 }  // namespace
 
 int main() {
@@ -271,6 +298,7 @@ int main() {
     weight_of_two_lags();
     gamma_law();
     pairs_of_windows();
+    pairs_of_positions();
     std::printf("%d passed, %d failed\n", passed, failed);
     return failed == 0 ? 0 : 1;
 }

@@ -103,6 +103,12 @@ def power_window_pairs(lengths: Annotated[NDArray[numpy.float64], dict(shape=(No
     t**2 log|t| where e is 0. Windows more than fifty lengths apart: by the fourth derivative.
     """
 
+def pairs_in_runs(first: Annotated[NDArray[numpy.int64], dict(shape=(None, 2), order='C', device='cpu', writable=False)], second: Annotated[NDArray[numpy.int64], dict(shape=(None, 2), order='C', device='cpu', writable=False)], distance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+    """
+    How many positions i of the runs `first` have i + k in the runs `second`, at every distance k, linear between
+    whole k. Runs: begin and end of each, none empty, rising, none touching the next, shape (n, 2).
+    """
+
 def pool_likelihood(c: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], rows: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], pools: Annotated[NDArray[numpy.int64], dict(shape=(None, 3), order='C', device='cpu', writable=False)], moments: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], values: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], tilts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], slope: float, averaged: bool) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]]:
     """
     Minus twice the log-likelihood of pools of vectors and of single values, less constants; the slope of a ramp

@@ -154,6 +154,27 @@ def test_gaps_count_the_pairs_of_windows_that_are_left() -> None:
     np.testing.assert_allclose(count_pairs(starts[0], starts[1], k.astype(float)), expected)
 
 
+@pytest.mark.parametrize("clustered", [False, True])
+def test_pairs_of_many_runs_are_those_of_an_interpolation(clustered):
+    """Against NumPy's piecewise linear counts, for distances that are not whole, up to beyond both ends."""
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        edges = np.cumsum(rng.integers(1, 40, size=2 * rng.integers(1, 200)))
+        if clustered:  # most runs in a small part of the record
+            edges[len(edges) // 2 :] += 100_000
+        runs = edges.reshape(-1, 2).astype(np.int64)
+        other = np.cumsum(rng.integers(1, 90, size=60)).reshape(-1, 2).astype(np.int64)
+        k = np.concatenate([rng.uniform(-edges[-1] - 9, edges[-1] + 9, 300), rng.integers(-500, 500, 50)])
+        counts = np.zeros(len(edges))
+        counts[1::2] = runs[:, 1] - runs[:, 0]
+
+        def below(place, edges=edges, counts=counts):
+            return np.interp(place, edges, np.cumsum(counts))
+
+        expected = (below(other[:, 1][:, None] + k) - below(other[:, 0][:, None] + k)).sum(axis=0)
+        np.testing.assert_allclose(count_pairs(other, runs, k), expected, rtol=1e-12, atol=1e-9)
+
+
 def test_gappy_covariance_against_matrices() -> None:
     n, lags = 80, [1, 4]
     runs = np.array([[0, 1], [10, 12], [40, 47]])

@@ -208,22 +208,9 @@ def count_pairs(first: Spans, second: Spans, k: Array) -> Array:
     """
     if len(first) == 0 or len(second) == 0:
         return np.zeros_like(k)
-    total = _total(first)
-    first = first[:: -(-len(first) // _SAMPLED_RUNS)]
-    edges = second.reshape(-1).astype(np.float64)
-    counts = np.zeros(len(edges))
-    counts[1::2] = second[:, 1] - second[:, 0]
-    below = np.cumsum(counts)  # positions of `second` below each of its edges
-    out = np.zeros_like(k)
-    for start, stop in _chunks(len(first), max(1, 2_000_000 // len(k))):
-        a, b = first[start:stop, 0], first[start:stop, 1]
-        upper = np.interp(b[:, None] + k, edges, below)
-        out += (upper - np.interp(a[:, None] + k, edges, below)).sum(axis=0)
-    return np.asarray(out * (total / _total(first)))
-
-
-def _chunks(n: int, size: int) -> list[tuple[int, int]]:
-    return [(i, min(i + size, n)) for i in range(0, n, size)]
+    sampled = np.ascontiguousarray(first[:: -(-len(first) // _SAMPLED_RUNS)])
+    counts = _kernels.pairs_in_runs(sampled, np.ascontiguousarray(second), k)
+    return np.asarray(counts * (_total(first) / _total(sampled)))
 
 
 def distance_nodes(m1: int, m2: int, n_samples: int) -> tuple[Array, Array]:
