@@ -42,6 +42,7 @@ def spent(command: Sequence[str], folder: Path = Path(), codes: Iterable[int] = 
     """
     root = str(Path(__file__).resolve().parents[1])
     environment = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPATH": root}
+    environment["PYTHONDONTWRITEBYTECODE"] = ""  # users do not compile the modules in every run
     start = time.perf_counter()
     with tempfile.TemporaryFile() as file:
         process = subprocess.Popen(command, cwd=folder, env=environment, stdout=file, stderr=file)
