@@ -422,9 +422,9 @@ class Recording:
     # -- samples ------------------------------------------------------------------------------------------
 
     def raw(self, name: str, start: int = 0, stop: int | None = None) -> Samples:
-        """Samples [start, stop) as written (float64, overload words included), in the channel's own unit."""
+        """Samples [start, stop) as written (overload words included), read-only, in the channel's own unit."""
         column = self.columns[self.index(name)]
-        return column.read(start, len(column) if stop is None else min(stop, len(column)))
+        return _read_only(column.read(start, len(column) if stop is None else min(stop, len(column))))
 
     def blocks(self, name: str, size: int = BLOCK) -> Iterator[tuple[int, Samples]]:
         """Stream a channel: pairs (position of the first sample, float64 block with NaN where missing).
@@ -434,15 +434,12 @@ class Recording:
         """
         column = self.columns[self.index(name)]
         for start in range(0, len(column), size):
-            yield start, _without_overload(column.read(start, min(start + size, len(column))))
+            yield start, _read_only(_without_overload(column.read(start, min(start + size, len(column)))))
 
     def values(self, name: str) -> Samples:
         """The whole channel as float64 with NaN where missing, read-only, in the channel's own unit."""
         column = self.columns[self.index(name)]
-        samples = _without_overload(column.read(0, len(column)))
-        view = samples.view()
-        view.flags.writeable = False
-        return view
+        return _read_only(_without_overload(column.read(0, len(column))))
 
     def origin(self, name: str) -> float:
         """Value subtracted from 64-bit integer samples far from zero; 0.0 for all others."""
@@ -520,6 +517,13 @@ class Recording:
 def scaled_samples(column: Column, scale: float, start: int, stop: int) -> Samples:
     """Samples [start, stop) of a column times its scale, NaN where missing."""
     return (_without_overload(column.read(start, min(stop, len(column)))) + column.origin) * scale
+
+
+def _read_only(samples: Samples) -> Samples:
+    """Samples may be those that a column keeps: who writes into them would change the record."""
+    view = samples.view()
+    view.flags.writeable = False
+    return view
 
 
 def _without_overload(block: Samples) -> Samples:
