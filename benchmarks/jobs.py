@@ -83,6 +83,21 @@ def _oadev(load: str) -> tuple[str, ...]:
     return "-c", f"import allantools, numpy as np; y = {load}; {lags}; allantools.oadev(y, 1.0, 'freq', lags)"
 
 
+def _filtering(name: str, *, flicker: bool, wanted: float) -> tuple[Job, ...]:
+    """The filter of a week, and of a stretch by other tools."""
+    peers = {
+        "statsmodels": calls.filtering_by_statsmodels(flicker),
+        "FilterPy": calls.filtering_by_filterpy(flicker),
+    }
+    return (
+        Job(name=name, call=calls.filtering(flicker), per=WEEK, wanted=wanted),
+        *(
+            Job(name=peer, beside=name, needs=peer.lower(), call=call, per=STRETCH)
+            for peer, call in peers.items()
+        ),
+    )
+
+
 def _compare(n: int, wanted: float | None = None, memory: float | None = None) -> Job:
     command = ("compare", *(f"curves/{i:03d}.csv" for i in range(n)))
     name = f"compare, {n} curves of 1 h"
@@ -163,36 +178,8 @@ JOBS: tuple[Job, ...] = (
     _compare(20),
     _compare(40),
     _compare(200, wanted=15.0, memory=300.0),
-    Job(name="filter, week, white + walk", call=calls.filtering(False), per=WEEK, wanted=20.0),
-    Job(
-        name="statsmodels",
-        beside="filter, week, white + walk",
-        needs="statsmodels",
-        call=calls.filtering_by_statsmodels(False),
-        per=STRETCH,
-    ),
-    Job(
-        name="FilterPy",
-        beside="filter, week, white + walk",
-        needs="filterpy",
-        call=calls.filtering_by_filterpy(False),
-        per=STRETCH,
-    ),
-    Job(name="filter, week, with flicker", call=calls.filtering(True), per=WEEK, wanted=60.0),
-    Job(
-        name="statsmodels",
-        beside="filter, week, with flicker",
-        needs="statsmodels",
-        call=calls.filtering_by_statsmodels(True),
-        per=STRETCH,
-    ),
-    Job(
-        name="FilterPy",
-        beside="filter, week, with flicker",
-        needs="filterpy",
-        call=calls.filtering_by_filterpy(True),
-        per=STRETCH,
-    ),
+    *_filtering("filter, week, white + walk", flicker=False, wanted=20.0),
+    *_filtering("filter, week, with flicker", flicker=True, wanted=60.0),
     Job(name="filter, a gap each minute, white + walk", call=calls.filtering(False, 1920), per=WEEK // 4),
     Job(name="filter, a gap each minute, with flicker", call=calls.filtering(True, 1920), per=WEEK // 4),
     Job(name="simulate, week, white", call=calls.simulating(False, False), per=WEEK),
