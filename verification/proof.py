@@ -81,21 +81,21 @@ _HEAD = """# The proof
 No hardware so far: allanite has been tested with simulated records, a simulated multimeter and a simulated IMU,
 and with [published recordings](real-recordings.md) and [calibrations](real-units.md) of other people's sensors.
 
-**{claims} claims are tested by {rows} rows, of which {failing} {do} not hold**: they are listed
-[below](#what-does-not-hold). Every record counts, whether a parameter was reported present or not. A row holds if
-it is within the statistical bounds that its table states (99.9 % for most), so about one row in a thousand fails
-by chance. *Rejects* is what a row that holds can say: true shares that even the weakest row of the claim would
-reject with 90 % probability. *How* says what was done:
+**{claims} claims are tested by {rows} rows, of which {failing} {do} not hold**: see
+[below](#what-does-not-hold). Every record counts, whether or not a parameter was reported present. A row holds if it
+is within the statistical bounds stated in its table (99.9 % for most), so about one row in a thousand fails by
+chance. *Rejects* is the power of the test: true shares that even the weakest row of the claim would reject with 90 %
+probability. *How* says how the records were made and analyzed:
 
 * **as a user**: sample by sample, by public functions with their defaults;
-* **parts**: by functions behind the public ones;
-* **by law**: records or profiles drawn from the law that the method assumes. This tests the method's numbers,
-  not whether sensors obey that law.
+* **parts**: by internal functions;
+* **by law**: records or profiles drawn from the law that the method assumes. This tests the numerics, not whether
+  sensors obey that law.
 
-Not covered: what no simulation here contains. Turn-on to turn-on repeatability, aging, vibration and radiation
-are not simulated; temperature is, for the temperature coefficients only. Noise of no family is simulated ([wrong
-models](explanation/when-the-model-is-wrong.md)), but only in the kinds listed there. What the data cannot tell at
-all is on [a page of its own](explanation/what-the-data-can-tell.md#what-a-tool-can-see-by-itself).
+Not covered: turn-on to turn-on repeatability, aging, vibration and radiation are not simulated, and temperature only
+in the rows on temperature coefficients. Noise that no model describes is simulated in the kinds that
+[a page of its own](explanation/when-the-model-is-wrong.md) lists, and in no others. No method can tell what
+[the data do not contain](explanation/what-the-data-can-tell.md#what-a-tool-can-see-by-itself).
 
 ![Rows of each claim, and those that do not hold](../verification/results/proof.png)
 
