@@ -404,6 +404,26 @@ def test_a_recording_written_as_parquet_comes_back_whole(tmp_path: Path) -> None
     assert back.columns[1].dtype == np.int64
 
 
+@pytest.mark.parametrize(
+    ("step", "dtype", "dictionary"),
+    [(0.0, np.float64, False), (0.0, np.float32, False), (1e-2, np.float64, True), (1.0, np.int32, True)],
+)
+def test_a_dictionary_is_made_of_few_levels_only(
+    step: float, dtype: type, dictionary: bool, tmp_path: Path
+) -> None:
+    """One of samples without repeats takes four times as long as their writing, and larger files."""
+    import pyarrow.parquet as pq
+
+    y = np.random.default_rng(4).standard_normal(30_000)
+    samples = (np.round(y / step) * step if step else y).astype(dtype)
+    samples = np.where(np.arange(len(y)) % 100 == 7, np.nan, samples) if dtype is np.float64 else samples
+    parquet.write(Recording.from_rate(samples, rate=10.0, unit="rad/s"), tmp_path / "a.parquet")
+    encodings = pq.ParquetFile(tmp_path / "a.parquet").metadata.row_group(0).column(0).encodings
+    assert ("RLE_DICTIONARY" in encodings) is dictionary
+    back = read(tmp_path / "a.parquet")
+    np.testing.assert_array_equal(back.values(back.names[0]), samples.astype(np.float64))
+
+
 def test_lazy_columns_read_any_stretch(tmp_path: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq

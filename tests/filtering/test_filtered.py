@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import json
 import math
+import mmap
 import tracemalloc
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,6 +17,7 @@ import pytest
 import allanite as al
 from allanite.errors import InputError
 from allanite.filtering.kalman import filter_recording
+from allanite.filtering.kalman.series import BlockSeries, envelope
 from allanite.noise import (
     Estimate,
     Flicker,
@@ -228,6 +231,26 @@ def test_memory_is_bounded(smooth: bool, monkeypatch: pytest.MonkeyPatch) -> Non
         assert np.allclose(*(getattr(p, name) for p in pictures), rtol=1e-12, atol=0)
     assert shown == sorted(shown)
     assert shown[-1] == 1.0
+
+
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="counts resident pages as Linux does")
+def test_a_picture_leaves_no_series_in_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages of a file that is mapped count as memory of the process as long as they are not given back."""
+    monkeypatch.setattr("allanite.filtering.kalman.series.IN_MEMORY", 0)
+    rows, block = 1 << 23, np.ones(1 << 18)
+    series = BlockSeries(rows)
+    for start in range(0, rows, len(block)):
+        series.put(start, block)
+    whole = series.finish()
+    envelope(whole[: 1 << 18])
+    before = resident_bytes()
+    assert envelope(whole, whole)[2].max() == 2.0
+    assert resident_bytes() - before < whole.nbytes / 4
+
+
+def resident_bytes() -> int:
+    """Memory of this process now."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * mmap.PAGESIZE
 
 
 def test_broken_covariance_falls_back_to_the_square_root_form(monkeypatch: pytest.MonkeyPatch) -> None:

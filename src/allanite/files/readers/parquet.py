@@ -37,6 +37,7 @@ OPTIONS: Final[frozenset[str]] = frozenset()
 _PARQUET, _ARROW, _FEATHER, _STREAM = b"PAR1", b"ARROW1", b"FEA1", b"\xff\xff\xff\xff"
 _LARGEST_GROUP = 1 << 27  # rows decoded at once
 _KEPT_GROUPS, _LARGE = 3, 1 << 20  # groups kept of a column; of larger ones [bytes] only one
+_REPEATS = 4  # times that a level comes up in a block of few levels
 _OURS = b"allanite"  # key of the file's metadata under which `write` keeps the channels
 _RATE_KEYS = (b"rate", b"sample_rate", b"sampling_rate", b"fs")
 
@@ -351,14 +352,29 @@ def write(recording: Recording, path: Path) -> None:
         ],
         metadata={_OURS: json.dumps(description).encode()},
     )
+    few_levels = _of_few_levels(recording)
     try:
-        with pq.ParquetWriter(path, schema, compression="zstd") as writer:
+        with pq.ParquetWriter(path, schema, compression="zstd", use_dictionary=few_levels) as writer:
             for start in range(0, recording.n_samples, BLOCK):
                 stop = min(start + BLOCK, recording.n_samples)
                 arrays = [_stored_block(c, start, stop) for c in recording.columns]
                 writer.write_table(pa.table(arrays, schema=schema), row_group_size=BLOCK)
     except OSError as error:
         raise StorageError(f"{path} cannot be written: {error}") from None
+
+
+def _of_few_levels(recording: Recording) -> list[str]:
+    """Channels of integers, and of floats that repeat one another in the first block.
+
+    For the others a dictionary of levels would be built and thrown away in each block, which takes four times as long
+    as writing them.
+    """
+    first = min(BLOCK, recording.n_samples)
+    return [
+        name
+        for name, column in zip(recording.names, recording.columns, strict=True)
+        if _stored(column).kind != "f" or len(_stored_block(column, 0, first).unique()) <= first // _REPEATS
+    ]
 
 
 def _stored(column: Column) -> np.dtype[Any]:

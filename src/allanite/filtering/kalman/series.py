@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import StorageError
 from allanite.quantities.result import Result
+from allanite.recording.sample_columns import ArrayColumn
 
 __all__ = ["IN_MEMORY", "POINTS", "BlockSeries", "SeriesEnvelope", "envelope", "instants"]
 
@@ -100,12 +101,12 @@ class SeriesEnvelope(Result):
 
 def envelope(*parts: Array) -> tuple[NDArray[np.float64], Array, Array]:
     """Centres [rows], lowest and highest value of at most `POINTS` blocks of a sum of series; NaN in an empty one."""
-    rows = len(parts[0])
+    columns, rows = [ArrayColumn(part) for part in parts], len(parts[0])  # their maps are not kept in memory
     size = max(1, -(-rows // POINTS))
     chunk = size * max(1, (1 << 18) // size)
     low, high = [], []
     for start in range(0, rows, chunk):
-        part = np.sum([series[start : start + chunk] for series in parts], axis=0)
+        part = np.sum([column.read(start, start + chunk) for column in columns], axis=0)
         edges = np.arange(0, len(part), size)
         low.append(np.fmin.reduceat(part, edges))
         high.append(np.fmax.reduceat(part, edges))
