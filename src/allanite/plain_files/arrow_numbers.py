@@ -38,29 +38,32 @@ def numbers_of(array: pa.Array | pa.ChunkedArray, *, copy: bool = True) -> NDArr
     pyarrow.ArrowInvalid
         A buffer is shorter than the array says; it is a ValueError.
     """
-    import pyarrow as pa
-
-    if not copy and array.null_count == 0:
-        array.validate()  # a file may state more values than its buffers hold
-        chunks = array.chunks if isinstance(array, pa.ChunkedArray) else [array]
-        if len(chunks) == 1:
-            return _values(chunks[0], np.dtype(array.type.to_pandas_dtype()))
+    parts = _parts_of(array)
+    if array.null_count == 0:
+        return parts[-1] if len(parts) == 2 and not copy else np.concatenate(parts)
     values, missing = whole_numbers_of(array)
-    if missing.any():
-        values = values if values.dtype.kind == "f" else values.astype(np.float64)
-        values[missing] = np.nan
+    values = values if values.dtype.kind == "f" else values.astype(np.float64)
+    values[missing] = np.nan
     return values
 
 
 def whole_numbers_of(array: pa.Array | pa.ChunkedArray) -> tuple[NDArray[Any], NDArray[np.bool_]]:
     """Copy numbers in the type of the array, with a mask of those that are missing; their values mean nothing."""
+    values = np.concatenate(_parts_of(array))
+    return values, np.concatenate([np.zeros(0, bool), *map(_missing, _chunks(array))])
+
+
+def _parts_of(array: pa.Array | pa.ChunkedArray) -> list[NDArray[Any]]:
+    """An empty array of its type, and the numbers of each chunk in the memory of it."""
+    array.validate()  # a file may state more values than its buffers hold
+    dtype = np.dtype(array.type.to_pandas_dtype())
+    return [np.zeros(0, dtype), *(_values(chunk, dtype) for chunk in _chunks(array))]
+
+
+def _chunks(array: pa.Array | pa.ChunkedArray) -> list[pa.Array]:
     import pyarrow as pa
 
-    array.validate()  # a file may state more values than its buffers hold
-    chunks = array.chunks if isinstance(array, pa.ChunkedArray) else [array]
-    dtype = np.dtype(array.type.to_pandas_dtype())
-    values = [np.zeros(0, dtype), *(_values(chunk, dtype) for chunk in chunks)]
-    return np.concatenate(values), np.concatenate([np.zeros(0, bool), *map(_missing, chunks)])
+    return array.chunks if isinstance(array, pa.ChunkedArray) else [array]
 
 
 def _values(chunk: pa.Array, dtype: np.dtype[Any]) -> NDArray[Any]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.files.readers.filled_stamps import Filled
+from allanite.files.readers.filled_stamps import BLOCK, CACHED, Filled, sum_of_products
 from allanite.files.readers.late_stamps import InTime
 
 __all__ = ["ClockLine", "Marks", "fit_line"]
@@ -92,7 +92,7 @@ def slope(x: _Floats, y: _Floats) -> float:
 
 
 def _placed(
-    stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool, thin: int
+    stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool, thin: int = 1, most: int = BLOCK
 ) -> Iterator[tuple[_Floats, _Floats]]:
     """Blocks of (position on the grid, stamp - interval * position), steps of the clock taken out.
 
@@ -100,7 +100,7 @@ def _placed(
     """
     gained = np.cumsum(marks.missing)
     fallen = np.cumsum(marks.offsets)
-    for first, count, block in stamps.blocks(0, 0):
+    for first, count, block in stamps.blocks(0, 0, most):
         block = block if first + count + 1 == len(stamps) else block[:-1]
         k = np.arange(first, first + len(block), thin)
         if ticks:
@@ -147,13 +147,13 @@ def _fitted(
     intercept, rise, spread = _robust_line(places, level)
     centre = places[len(places) // 2]
     sums = np.zeros(5)
-    for position, e in _placed(stamps, marks, interval, ticks, 1):
+    for position, e in _placed(stamps, marks, interval, ticks, most=CACHED):
         e -= intercept + rise * position
         typical = float(np.median(np.abs(e[:: len(e) // 4096 + 1]))) if len(e) else 0.0
         good = np.abs(e) <= 8.0 * spread + 0.05 * interval + 8.0 * typical
         position -= centre
         u, e = (position, e) if good.all() else (position[good], e[good])
-        sums += np.array([len(u), u.sum(), u @ u, e.sum(), u @ e])
+        sums += np.array([len(u), u.sum(), sum_of_products(u, u), e.sum(), sum_of_products(u, e)])
     count, su, suu, se, sue = sums
     denominator = count * suu - su * su
     return interval + rise + (float((count * sue - su * se) / denominator) if denominator > 0 else 0.0)

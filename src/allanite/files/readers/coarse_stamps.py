@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.files.readers.filled_stamps import Filled
+from allanite.files.readers.filled_stamps import Filled, sum_of_products
 
 __all__ = ["CoarseStamps", "coarse_interval", "pauses_between", "shared_step", "without_place"]
 
@@ -197,8 +197,8 @@ def _slope(stretches: list[_Floats], starts: list[_Ints], guess: float) -> float
         at, first, count = at[np.repeat(count >= 3, count)], first[count >= 3], count[count >= 3]
         k = at - np.repeat(first, count)
         x = k - np.repeat(np.add.reduceat(k, np.cumsum(count) - count) / count, count) if len(k) else k
-        rise += float(x @ (stretch[at] - np.repeat(stretch[first], count) - guess * k))
-        square += float(x @ x)
+        rise += sum_of_products(x, stretch[at] - np.repeat(stretch[first], count) - guess * k)
+        square += sum_of_products(x, x)
     return guess + rise / square if square > 0 and guess + rise / square > 0 else None
 
 

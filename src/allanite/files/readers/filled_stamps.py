@@ -12,12 +12,19 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
 
-__all__ = ["BLOCK", "ArrayStamps", "Filled", "KeptStamps", "Stamps"]
+__all__ = ["BLOCK", "CACHED", "ArrayStamps", "Filled", "KeptStamps", "Stamps", "sum_of_products"]
 
 _Floats = NDArray[np.float64]
 
 BLOCK: Final = 1 << 20
+#: Stamps of a pass that computes much of each: its intermediate results stay in the cache of a processor.
+CACHED: Final = 1 << 17
 _IN_MEMORY = 32 << 20  # stamps that are kept; more are read again in every pass
+
+
+def sum_of_products(x: _Floats, y: _Floats) -> float:
+    """Of two rows, without the threads of linear algebra: they cost more than they save, and change the last digits."""
+    return float(np.einsum("i,i", x, y))
 
 
 class Stamps(Protocol):
@@ -127,8 +134,9 @@ class Filled:
             block[good[-1] + 1 :] = block[good[-1]] + mean * np.arange(1, len(block) - good[-1])
         return block
 
-    def blocks(self, before: int, after: int) -> Iterator[tuple[int, int, _Floats]]:
+    def blocks(self, before: int, after: int, most: int = BLOCK) -> Iterator[tuple[int, int, _Floats]]:
         """Pieces of the stamps: (first interval, number of intervals, stamps from first - before on)."""
-        for start in range(0, len(self) - 1, self.block):
-            count = min(self.block, len(self) - 1 - start)
+        size = min(most, self.block)
+        for start in range(0, len(self) - 1, size):
+            count = min(size, len(self) - 1 - start)
             yield start, count, self.read(start - before, start + count + 1 + after)

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.files.readers.filled_stamps import sum_of_products
+
 __all__ = ["MARGIN", "between", "common_slope", "holds", "interval_between_pauses", "steps_of"]
 
 _Floats = NDArray[np.float64]
@@ -196,9 +198,9 @@ def _settled(stretches: list[_Floats], guess: float) -> tuple[float, float]:
             for a, b in zip(ends[:-1], ends[1:], strict=True):
                 x = place[a:b] - place[a:b].mean()
                 y = stretch[a:b] - stretch[a:b].mean() - guess * x
-                rise += float(x @ y)
-                square += float(x @ x)
-                total += float(y @ y)
+                rise += sum_of_products(x, y)
+                square += sum_of_products(x, x)
+                total += sum_of_products(y, y)
         if not square > 0:
             break
         change = rise / square
@@ -226,8 +228,8 @@ def common_slope(parts: list[_Floats]) -> float:
 
 def _line(stamps: _Floats) -> tuple[float, float]:
     """Sums whose ratio is the least-squares slope."""
-    k = np.arange(len(stamps)) - (len(stamps) - 1) / 2
-    return float(k @ stamps), float(k @ k)
+    k: _Floats = np.arange(len(stamps), dtype=np.float64) - (len(stamps) - 1) / 2
+    return sum_of_products(k, stamps), sum_of_products(k, k)
 
 
 def _distance(stamps: _Floats) -> float:

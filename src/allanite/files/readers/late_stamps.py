@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.files.readers.filled_stamps import Filled
+from allanite.files.readers.filled_stamps import BLOCK, Filled
 
 __all__ = ["REACH", "InTime", "brought_forward", "earliest", "off_grid", "usual_lateness"]
 
@@ -75,9 +75,9 @@ class InTime:
         """Intervals in a piece."""
         return self.stamps.block
 
-    def blocks(self, before: int, after: int) -> Iterator[tuple[int, int, _Floats]]:
+    def blocks(self, before: int, after: int, most: int = BLOCK) -> Iterator[tuple[int, int, _Floats]]:
         """As `Filled.blocks`."""
-        for first, count, block in self.stamps.blocks(before + REACH, after + REACH):
+        for first, count, block in self.stamps.blocks(before + REACH, after + REACH, most):
             brought, _ = brought_forward(block, self.interval, self.usual)
             lead = min(first, before + REACH) - min(first, before)
             yield first, count, brought[lead : lead + min(first, before) + count + 1 + after]

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError
 from allanite.files.readers.clock_line import ClockLine, Marks, fit_line
 from allanite.files.readers.coarse_stamps import without_place
-from allanite.files.readers.filled_stamps import ArrayStamps, Filled, Stamps
+from allanite.files.readers.filled_stamps import CACHED, ArrayStamps, Filled, Stamps, sum_of_products
 from allanite.files.readers.grid_check import in_stalls, off_grid_share
 from allanite.files.readers.late_stamps import InTime
 from allanite.files.readers.set_back import between, longest_alone
@@ -251,7 +251,7 @@ class _Tally:
         e = differences - interval
         e = e[~left_out] if left_out.any() else e
         with np.errstate(over="ignore"):  # absurd stamps are refused further on
-            self._squares += float(e @ e)
+            self._squares += sum_of_products(e, e)
         self._counted += len(e)
 
     @staticmethod
@@ -283,10 +283,11 @@ def _find(stamps: Filled, probe: Probe, interval: float) -> tuple[Marks, _Tally]
     judge = JUDGES[probe.regime if probe.late is None else "late"]
     gaps: list[_Ints] = []
     steps: list[_Floats] = []
-    for first, count, block in stamps.blocks(before, after):
+    for first, count, block in stamps.blocks(before, after, CACHED):
         lead = min(before, first)
-        differences = np.diff(block)[lead : lead + count]
-        at, step = judge(block, np.diff(block), lead, count, interval, probe)
+        all_differences = np.diff(block)
+        differences = all_differences[lead : lead + count]
+        at, step = judge(block, all_differences, lead, count, interval, probe)
         wild = np.abs(differences - interval) > 20.0 * interval + 2.0 * probe.threshold
         wild[at - lead] = True
         tally.add(first, differences, interval, wild)
