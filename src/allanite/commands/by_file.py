@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.recordings import read_part
 from allanite.errors import DataQualityError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.regular_file import file_sha256
 from allanite.study.result_document import PositionFile
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.by_file import LogOfFiles, log_of_files, refuse_beside_files, rests_by_file
@@ -17,6 +17,7 @@ from allanite.commands.rests import judged_at_rest, rests_of, thermometers
 from allanite.commands.turned import models_for, part_of
 from allanite.commands.two_logs import read_two
 from allanite.errors import DataQualityError
+from allanite.lazy_dataclasses import dataclass
 
 if TYPE_CHECKING:
     from allanite.experiments.static_spans import SdOf, StaticSpans, UnitAxes

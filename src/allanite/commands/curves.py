@@ -7,13 +7,13 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.recordings import is_lossy, noise_channels, ready_log
 from allanite.commands.study import study_of
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.regular_file import open_regular
 
 if TYPE_CHECKING:

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from allanite.commands.option import Option
 from allanite.commands.rules import Rule
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 
 if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult

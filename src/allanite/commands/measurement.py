@@ -16,12 +16,12 @@ import os
 import platform
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.pictures import Delivered, refuse_figure, save_figure
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.atomic_file import fresh, make_folder, refuse_existing
 from allanite.plain_files.csv_cells import as_label
 from allanite.plain_files.regular_file import file_sha256

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Literal
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = [
     "ACCEPT",

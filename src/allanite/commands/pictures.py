@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.atomic_file import fresh, refuse_existing
 
 __all__ = ["Delivered", "refuse_figure", "save_figure"]

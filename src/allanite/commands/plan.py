@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.declaration import Command
 from allanite.commands.option import LATITUDE, MODEL, SETUP, option
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Protocol
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["OF_MEANS", "Conflict", "Requirement", "Rule", "of_logs"]
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.regular_file import file_sha256
 
 if TYPE_CHECKING:

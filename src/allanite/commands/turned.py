@@ -11,12 +11,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.recordings import is_lossy
 from allanite.errors import DataQualityError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.channel_names import for_shell, scale_option, unit_option, ways_to_units
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from allanite.experiments.reversals import Reversals
 from allanite.filtering.kalman import TermSeries
 from allanite.filtering.kalman.series import SeriesEnvelope
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.earlier_documents import Entry, entries, first_match, texts
 from allanite.quantities.result import Result

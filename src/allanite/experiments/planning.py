@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from typing import ClassVar, Literal
 
@@ -25,6 +25,7 @@ from allanite.errors import InputError
 from allanite.experiments.north.budget import axis_terms
 from allanite.filtering.block_means import longest_block
 from allanite.filtering.regression import Whitener
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.quantities.earlier_documents import texts
 from allanite.quantities.earth import EARTH_RATE, checked_latitude

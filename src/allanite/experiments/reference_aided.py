@@ -33,7 +33,7 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -50,6 +50,7 @@ from allanite.experiments.aided_readings import (
 from allanite.filtering.kalman import TermSeries, run_filter
 from allanite.filtering.kalman.channel import SampleSource, chosen
 from allanite.filtering.kalman.series import POINTS, SeriesEnvelope, instants
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, StateSpace, White
 from allanite.recording.records import Recording
 

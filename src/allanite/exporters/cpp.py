@@ -24,7 +24,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +36,7 @@ from allanite.errors import InputError, StorageError
 from allanite.exporters.bounds import bound_comments, refuse_terms
 from allanite.exporters.renewed import renewed_lines
 from allanite.exporters.triads import plain_line
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, StateSpace
 from allanite.quantities.display_units import si_unit
 

@@ -23,7 +23,6 @@ turned from the body of the calibration. Biases have no key: the filter finds th
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, Unpack
 
 import numpy as np
@@ -40,6 +39,7 @@ from allanite.exporters.triads import (
     propagated,
     upper_and_rotation,
 )
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.attitude import rotation_vector
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import permutations
 from pathlib import Path
 from typing import Any, Final
@@ -27,6 +26,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.files.readers import read_table
 from allanite.files.readers.headings import Heading, canonical_group, read_heading
 from allanite.files.readers.table import Table
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.curve import AllanCurve, curve_of_sums
 from allanite.noise.allan.statistics import STATISTICS, longest_lag
 from allanite.plain_files.counted import plural

@@ -10,12 +10,12 @@ noise needs to fall to the slow noise: longer blocks would lose it, however shor
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import DataQualityError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, Quantisation, White
 from allanite.recording.records import BLOCK, Recording
 

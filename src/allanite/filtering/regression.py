@@ -22,13 +22,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, StateSpace, White
 from allanite.plain_files.counted import plural
 from allanite.recording.records import Sampling

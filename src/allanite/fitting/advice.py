@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from allanite.errors import InputError
 from allanite.fitting.design import MARKOV, TIME_OF, TIME_POWER, Times, design_of
 from allanite.fitting.objective import CurveData, solve
 from allanite.fitting.sets import fisher_sd
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid
 from allanite.noise.allan.lags import octave_lags
 from allanite.quantities.result import Result

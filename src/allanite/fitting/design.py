@@ -16,12 +16,13 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, GaussMarkov, Quantisation, Ramp, RandomWalk, TermType, White
 from allanite.noise.allan.covariance import LagPairs, lag_pairs
 from allanite.noise.power_law import PowerLaw

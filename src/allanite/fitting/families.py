@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from allanite.fitting.instrument import FLOOR, of_floor
 from allanite.fitting.inversion import CERTAIN
 from allanite.fitting.objective import CurveData, CurveSolution, distance, solve
 from allanite.fitting.sets import coefficient_set, critical_value, fisher_sd, time_set
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = [
     "FLICKER",

@@ -18,12 +18,12 @@ The noise of an instrument is given no Gauss-Markov term: with two correlation t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.design import CurveDesign, Times
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["FLOOR", "TwoRecords", "of_floor", "two_records"]
 

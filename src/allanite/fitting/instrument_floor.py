@@ -27,7 +27,7 @@ References
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan import AllanCurve, allan_curve
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.csv_cells import heading_cell

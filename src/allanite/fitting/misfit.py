@@ -12,7 +12,7 @@ by 1 % there would decide every parameter. Remedies, in this order, both said in
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -24,6 +24,7 @@ from allanite.fitting.families import FLICKER, GAUSS_MARKOV, TWO_GAUSS_MARKOV, F
 from allanite.fitting.instrument import FLOOR, two_records
 from allanite.fitting.objective import CurveData, CurveSolution, advantage
 from allanite.fitting.rivals import DOUBTFUL, PAYS_FOR_TIME, PAYS_FOR_TWO, REJECTS_FLICKER
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.curve import AllanCurve
 from allanite.quantities.distributions import chi_square_tail
 

@@ -28,12 +28,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import BY_LETTER, NoiseModel, Ramp, TermType
 from allanite.quantities.earlier_documents import Entry, entries, members, quantity_entry
 from allanite.quantities.quantity import Quantity, QuantityStatus

@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +29,7 @@ from numpy.typing import NDArray
 from allanite._kernels import curve_minimum, curve_step, curve_weight
 from allanite.fitting.design import MARKOV, CurveDesign, Times
 from allanite.fitting.nonnegative import nonnegative
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["CurveData", "CurveSolution", "advantage", "distance", "sensitivity", "solve"]
 

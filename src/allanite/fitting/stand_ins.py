@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -19,6 +18,7 @@ from allanite.fitting.design import power_law_symbol, slow_symbol
 from allanite.fitting.families import CurveFamilyFit, Family
 from allanite.fitting.objective import CurveData, CurveSolution, advantage, solve
 from allanite.fitting.sets import coefficient_set
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["INTERVAL", "PowerLaws", "power_laws", "shortest_time"]
 

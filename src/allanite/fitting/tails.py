@@ -12,8 +12,9 @@ error that it has in the fit of the mixture.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Estimate, NoiseModel
 from allanite.quantities.display_units import si_unit
 from allanite.quantities.distributions import normal_quantile

@@ -35,10 +35,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TypedDict
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.terms import (
     FLICKER_FLOOR,
     SIGMA_PER_B,

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.number_words import number
 from allanite.quantities.result import Result
 

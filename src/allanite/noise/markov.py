@@ -24,10 +24,11 @@ state z_k = sum over j of now_j s_j(k) + later_j s_j(k+1), whatever the number o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.state_space import StateSpace, stateless
 
 __all__ = ["MarkovForm", "MarkovState", "gauss_markov_form", "random_walk_form"]

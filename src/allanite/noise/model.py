@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, field, fields, replace
 from functools import lru_cache
 from typing import Any, Unpack
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.datasheet import DatasheetEntries, SensorSheet, sensor_sheet
 from allanite.noise.inflation import Inflation
 from allanite.noise.markov import MarkovForm

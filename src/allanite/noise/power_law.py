@@ -10,11 +10,12 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["PowerLaw"]
 

@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["StateSpace", "stateless", "states"]
 

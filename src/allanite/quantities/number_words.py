@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["duration", "interval", "number", "probability", "upper_limit", "with_parentheses", "with_sd"]
 

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from enum import StrEnum
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.number_words import duration, interval, number, upper_limit
 from allanite.quantities.result import Result
 

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol, Self, TypeVar
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_tail
 from allanite.quantities.result import Result
 

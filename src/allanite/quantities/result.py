@@ -14,13 +14,14 @@ import re
 import types
 import typing
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, fields
+from dataclasses import MISSING, Field, fields
 from enum import Enum
 from typing import ClassVar, Protocol, Self, TypeVar, runtime_checkable
 
 import numpy as np
 
 from allanite.errors import AllaniteError, FormatError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.json_values import plain
 
 __all__ = ["FieldEntry", "Result", "entries_of", "read_result"]

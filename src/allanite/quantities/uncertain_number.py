@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
 from typing import Final
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["UncertainNumber", "parse_leading_number"]
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import FormatError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.json_values import load_plain, plain
 from allanite.recording.records import Kind, Recording, scaled_samples
 from allanite.recording.sample_columns import Calculated, Column

@@ -13,13 +13,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, checked_samples
 from allanite.recording.sample_columns import Column

@@ -8,13 +8,13 @@ on a longer grid. Only the block that is read is turned into float64.
 from __future__ import annotations
 
 import mmap
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["ArrayColumn", "Calculated", "Column", "Masked", "Slice", "Spliced", "View", "merge_spans"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from allanite.errors import AllaniteError, DataQualityError, FitError
 from allanite.fitting.instrument_floor import floor_findings, over_floor, quiet_curve
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve, allan_curve
 from allanite.noise.allan.channel_curve import ChannelCurve

@@ -9,12 +9,13 @@ pictures are made from it alone.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.json_values import plain
 from allanite.quantities.result import Result
 from allanite.recording.health import Finding

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from allanite.fitting.advice import Advice
 from allanite.fitting.instrument_floor import OverFloor
 from allanite.fitting.tails import Contamination
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve
 from allanite.noise.allan.channel_curve import ChannelCurve

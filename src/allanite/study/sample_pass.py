@@ -3,9 +3,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.health.survey import Probes
 from allanite.recording.records import Recording
 from allanite.study.overview import OverviewTally

@@ -12,7 +12,6 @@ import os
 import platform
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from functools import partial
 from pathlib import Path
@@ -24,6 +23,7 @@ from numpy.typing import ArrayLike
 from allanite import __version__
 from allanite.errors import FormatError
 from allanite.fitting.instrument_floor import ready_floor
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve
 from allanite.plain_files.atomic_file import fresh

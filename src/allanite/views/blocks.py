@@ -8,10 +8,10 @@ A view makes a `Page` of a result; ``report`` draws it as HTML, ``terminal`` its
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.display_units import si_unit
 from allanite.recording.health import Finding
 from allanite.views.figures import sheet_of

@@ -6,10 +6,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any
 from urllib.parse import quote
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.health import Finding
 from allanite.views.figures.panel import Sheet
 from allanite.views.figures.picture import svg

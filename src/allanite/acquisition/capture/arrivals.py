@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Arrivals"]
 

@@ -7,9 +7,10 @@ The wall clock is set, steps and slews; nothing but labels is taken from it, and
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from allanite.acquisition.instruments import host_ns
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["ClockEvent", "ClockWatch", "HostClock"]
 

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from allanite.acquisition.capture.numbering import Gap, Numbered
 from allanite.acquisition.capture.space import batch_seconds
 from allanite.files.store import Batch
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Gathering"]
 

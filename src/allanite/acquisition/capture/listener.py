@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from allanite.acquisition.capture.numbering import BlockNumbering, Gap, Numbered
@@ -17,6 +17,7 @@ from allanite.acquisition.capture.ring import Ring
 from allanite.acquisition.instruments import Block, Identity, Instrument, InstrumentTimeout, host_ns
 from allanite.errors import InstrumentError
 from allanite.files.store import Header
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["CaptureNote", "Listener", "Patience"]
 

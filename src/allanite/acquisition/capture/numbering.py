@@ -8,13 +8,12 @@ many samples did not come, at the rate that the samples before it had.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.acquisition.capture.arrivals import Arrivals
 from allanite.acquisition.instruments import Block, Flag
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["BlockNumbering", "Gap", "Numbered"]
 

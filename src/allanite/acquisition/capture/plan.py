@@ -3,11 +3,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from allanite.acquisition.capture.numbering import Gap, Numbered
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["CapturePlan"]
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import os
 import shutil
-from dataclasses import dataclass
 from pathlib import Path
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Space", "batch_seconds", "bytes_per_second", "space_of"]
 

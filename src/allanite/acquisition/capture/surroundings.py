@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from allanite.acquisition.capture.clock import ClockEvent, ClockWatch, HostClock
 from allanite.acquisition.capture.numbering import Gap
 from allanite.acquisition.capture.space import Space, space_of
 from allanite.files.store import LogStore
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Surroundings"]
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from allanite.acquisition.capture.surroundings import Surroundings
 from allanite.acquisition.instruments import Flag, Identity
 from allanite.errors import InstrumentError
 from allanite.files.store import Batch, Header, LogStore, Status
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Captured", "Progress", "Writer"]
 

@@ -9,7 +9,7 @@ one that did not come, and leaves the decision whether to go on to the capture a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError, InstrumentError
 from allanite.files.store import Flag, host_ns
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Channel
 
 __all__ = ["Block", "Flag", "Identity", "Instrument", "InstrumentTimeout", "host_ns"]

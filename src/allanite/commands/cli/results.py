@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ import click
 
 from allanite.commands.cli.options import force_option, json_option, print_json, typed
 from allanite.commands.cli.program import LOSS
+from allanite.lazy_dataclasses import dataclass
 
 if TYPE_CHECKING:
     from allanite.commands.declaration import Command

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from allanite.errors import InputError
 from allanite.files.readers import run as runs
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["LogAddress", "file_system", "logs_of"]
 

@@ -14,7 +14,7 @@ import os
 import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +22,7 @@ from allanite.commands.fleet.labels import LABELS, LogLabels
 from allanite.commands.fleet.partitions import FleetTable
 from allanite.commands.fleet.table import COLUMNS, TableColumn, arrow_table
 from allanite.errors import FormatError, InputError, StorageError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.atomic_file import fresh, make_folder
 from allanite.plain_files.json_values import load_plain
 from allanite.stability.fleet.table_files import TABLE

@@ -10,7 +10,6 @@ import tempfile
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -21,6 +20,7 @@ from allanite.commands.fleet.jobs import Workers, outcomes, workers
 from allanite.commands.fleet.labels import LogLabels
 from allanite.commands.option import READING
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.atomic_file import fresh, make_folder
 from allanite.quantities.number_words import duration as duration_words
 

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from allanite.lazy_dataclasses import dataclass
 
 if TYPE_CHECKING:
     import pyarrow as pa

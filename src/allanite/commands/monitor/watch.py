@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.commands.monitor.samples import PartSamples
 from allanite.commands.monitor.story import Story, utc_text
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 
 if TYPE_CHECKING:
     from allanite.files.store import Batch, Run

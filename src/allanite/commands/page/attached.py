@@ -11,12 +11,12 @@ import hashlib
 import threading
 import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
 from allanite.commands.page.children import Quick
 from allanite.commands.page.replies import Refused
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["KINDS", "Attached", "Named", "listed_here"]
 

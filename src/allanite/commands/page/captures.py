@@ -20,7 +20,7 @@ import threading
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,7 @@ from allanite.commands.page.options import checked, described, given_in
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import Settings
 from allanite.commands.page.work import model_word, path_word
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["INSTRUMENTS", "RUNS", "Captures", "described_instruments"]
 

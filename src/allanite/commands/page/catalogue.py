@@ -14,7 +14,6 @@ import re
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -31,6 +30,7 @@ from allanite.commands.page.sniffing import (
     recording_format,
 )
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.regular_file import open_regular, read_regular_text
 from allanite.stability.fleet.table_files import TABLE

@@ -13,7 +13,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -24,6 +24,7 @@ from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import Limits
 from allanite.commands.page.work import Work
 from allanite.errors import AllaniteError
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Job", "Jobs"]
 

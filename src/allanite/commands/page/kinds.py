@@ -8,13 +8,14 @@ a kind: one entry here.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal
 
 from allanite.commands.declaration import Command, Subject
 from allanite.commands.option import ACCEPT, Option, option
 from allanite.commands.page.options import Spelt, code_of, described
 from allanite.commands.registry import COMMANDS
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["KINDS", "JobKind", "described_kinds", "lines_of", "plan_lines"]
 

@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from allanite.commands import option
 from allanite.commands.option import Option
 from allanite.commands.page.replies import Refused
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = [
     "READING",

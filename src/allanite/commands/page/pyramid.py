@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
+from allanite.lazy_dataclasses import dataclass
 
 if TYPE_CHECKING:
     from allanite.recording.records import Recording

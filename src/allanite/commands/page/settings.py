@@ -6,11 +6,12 @@ from __future__ import annotations
 import hashlib
 import os
 import secrets
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 from allanite.commands.page.attached import Named
 from allanite.errors import InputError, StorageError
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["LOOPBACK", "RESULTS", "Limits", "Settings", "cache_folder", "checked_settings", "is_log"]
 

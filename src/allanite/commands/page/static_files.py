@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, Response
 
 from allanite.commands.page.settings import Settings
+from allanite.lazy_dataclasses import dataclass
 from allanite.views.figures import screen
 
 __all__ = ["StaticFiles"]

@@ -7,7 +7,7 @@ import os
 import re
 import shlex
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from allanite.commands.page.options import READING, Spelt, checked, given_in, nu
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import RESULTS, Settings
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Work", "model_word", "path_word", "planned", "with_layout", "work_of"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 
 import numpy as np
@@ -23,6 +23,7 @@ from allanite.experiments.alignment.stands import (
 )
 from allanite.experiments.alignment.turns import StandTurn, calibrated, turn_noise, turns_between
 from allanite.experiments.north.circle import half_width
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.span_means import span_covariance
 from allanite.quantities.attitude import axes_matrix

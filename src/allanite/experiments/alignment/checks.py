@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from allanite.experiments.alignment.verdict import AlignmentCheckKind
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.residual_tests import CheckResult, scatter_words, size_words
 from allanite.quantities.units import STANDARD_GRAVITY
 

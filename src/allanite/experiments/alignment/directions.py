@@ -8,7 +8,7 @@ With the rate (h_1, h_2) along x and y of the level frame of a stand, the headin
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from allanite.experiments.alignment.case import Case
 from allanite.experiments.alignment.results import LevelledAttitude, RunningHeading, largest_sd
 from allanite.experiments.alignment.solution import RANK, AlignmentSolution
 from allanite.experiments.north.circle import CIRCLE, Arc, direction_set, half_width, length_interval, wrapped
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = [
     "Direction",

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -45,6 +45,7 @@ from allanite.experiments.alignment.solution import AlignmentSolution, Knowledge
 from allanite.experiments.alignment.turns import calibrated
 from allanite.experiments.north.circle import half_width, seen_from
 from allanite.experiments.static_spans import StaticSpans
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.distributions import student_quantile
 from allanite.quantities.earth import EARTH_RATE, checked_latitude, normal_gravity

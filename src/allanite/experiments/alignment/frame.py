@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from allanite.errors import InputError
 from allanite.experiments.alignment.known import Sensors
 from allanite.experiments.alignment.results import OtherChannels
 from allanite.experiments.static_spans import UnitAxes, unit_axes
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.quantities.attitude import axes_matrix

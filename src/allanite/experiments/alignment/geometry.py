@@ -17,12 +17,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.alignment.turns import StandTurn
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.attitude import rotation, skew
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, TriadErrors, parameter_names

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from allanite.errors import InputError
 from allanite.experiments.alignment.geometry import ParameterLayout
 from allanite.experiments.alignment.solution import Knowledge
 from allanite.experiments.alignment.turns import StandTurn
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from allanite.experiments.alignment.geometry import named_axis
 from allanite.experiments.rate_vector.levels import LevelRows, levels_of_record
 from allanite.filtering.regression import Whitener
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.calibration import ACCELEROMETER, GYRO, errors_of

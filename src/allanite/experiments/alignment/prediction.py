@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +21,7 @@ from allanite.experiments.alignment.spin import PER_REVOLUTION, Spin, basis_of
 from allanite.experiments.alignment.stands import Blocks, stand_means
 from allanite.experiments.alignment.turns import StandTurn, turn_noise, turn_of
 from allanite.filtering.block_means import longest_block
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.noise.given_models import models_of
 from allanite.quantities.attitude import attitude_of, axes_matrix, rotation, rotation_vector

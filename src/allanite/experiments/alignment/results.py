@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -21,6 +21,7 @@ from allanite.experiments.alignment.verdict import (
 )
 from allanite.experiments.north import Arc
 from allanite.experiments.reversals import PositionsApart
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.quantity import Quantity, QuantityStatus

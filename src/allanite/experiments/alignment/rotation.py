@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -61,6 +61,7 @@ from allanite.experiments.alignment.results import (
 )
 from allanite.experiments.alignment.spin import Spin, spin_of
 from allanite.experiments.alignment.verdict import AlignmentCheckKind
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.attitude import axes_matrix
 from allanite.quantities.earth import EARTH_RATE, normal_gravity

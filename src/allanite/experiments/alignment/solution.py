@@ -10,13 +10,14 @@ error of any result is a sum over the rows, whose noise is independent: its budg
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.experiments.alignment.geometry import Geometry, derivative
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["AlignmentSolution", "Knowledge", "solve"]
 

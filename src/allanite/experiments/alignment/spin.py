@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 
 import numpy as np
@@ -16,6 +16,7 @@ from allanite.experiments.alignment.frame import AlignmentSetting
 from allanite.experiments.alignment.stands import slope_of_temperature
 from allanite.experiments.alignment.turns import HOLE, calibrated
 from allanite.filtering.block_means import longest_block
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.calibration import ACCELEROMETER, GYRO
 from allanite.recording.records import BLOCK, Recording

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from allanite.errors import InputError, LimitError
 from allanite.experiments.rate_vector.levels import MOST_ROWS, LevelRows, levels_of_record
 from allanite.filtering.block_means import block_means, longest_block
 from allanite.filtering.regression import Whitener
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.recording.records import Kind, Recording, Sampling
 

@@ -14,11 +14,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.span_means import span_covariance
 from allanite.quantities.attitude import accumulated, rotation, with_coning

@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from allanite.experiments.calibration import words
 from allanite.experiments.calibration.verdict import CalibrationCheckKind
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.residual_tests import CheckResult
 
 __all__ = ["CalibrationCheck"]

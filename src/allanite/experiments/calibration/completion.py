@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from allanite.experiments.calibration.adjustment.turning import constant_rate_tu
 from allanite.experiments.calibration.adjustment.weights import TURNS
 from allanite.experiments.calibration.orientations import ORIENTATIONS, words_of
 from allanite.experiments.calibration.verdict import ParameterNeed
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.attitude import rotation
 from allanite.recording.calibration import ACCELEROMETER, GYRO
 

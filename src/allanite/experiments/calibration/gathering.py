@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from allanite.experiments.calibration.adjustment.interval_noise import (
 )
 from allanite.experiments.calibration.adjustment.rounding import RoundingSteps, of_integrals, of_means
 from allanite.experiments.calibration.adjustment.turning import TurningSamples
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.recording.calibration import ACCELEROMETER, GYRO
 from allanite.recording.records import Recording, Sampling

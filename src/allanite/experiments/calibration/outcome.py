@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,7 @@ from allanite.experiments.calibration.results import (
 from allanite.experiments.calibration.verdict import CalibrationNoise, ParameterNeed, ParameterStatus
 from allanite.experiments.reversals import PositionsApart
 from allanite.experiments.static_spans import SdColumns, StaticSpans
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.attitude import rotation_vector
 from allanite.quantities.distributions import normal_quantile, student_quantile
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration, Frame

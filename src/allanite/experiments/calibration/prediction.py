@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from allanite.experiments.calibration.adjustment.interval_noise import Intervals
 from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, covariance_at
 from allanite.experiments.calibration.adjustment.turning import TurningSamples, constant_rate_turns
 from allanite.experiments.calibration.adjustment.weights import weights_of
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.attitude import rotation_vector
 from allanite.quantities.earth import EARTH_RATE, earth_rate_vector

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from allanite.experiments.calibration.starting import (
     gyro_scale,
     sphere,
 )
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Frame
 from allanite.recording.records import Kind, Recording
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -25,6 +25,7 @@ from allanite.experiments.calibration.verdict import (
 )
 from allanite.experiments.reversals import PositionsApart
 from allanite.experiments.static_spans import SdColumns, StaticSpans
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.result import Result

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from allanite.experiments.dead_reckoning.results import (
 )
 from allanite.experiments.dead_reckoning.sources import AxisProcess, StartingPoint, initial_processes
 from allanite.experiments.dead_reckoning.terms import SENSORS, AxisTerm, ReckoningSetting, entries, told
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.earth import checked_latitude
 

@@ -21,11 +21,11 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 
 __all__ = ["VariancePart", "correlation", "interval"]

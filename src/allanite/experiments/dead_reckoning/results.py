@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from enum import StrEnum
 from typing import ClassVar
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.experiments.dead_reckoning import words
 from allanite.experiments.dead_reckoning.version_1 import upgraded
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.earth import SEMI_MAJOR
 from allanite.quantities.result import Result

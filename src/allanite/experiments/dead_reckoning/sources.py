@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,7 @@ from allanite.experiments.dead_reckoning.dynamics import (
 )
 from allanite.experiments.dead_reckoning.propagation import covariances
 from allanite.experiments.dead_reckoning.results import InitialErrors
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import (
     Flicker,
     GaussMarkov,

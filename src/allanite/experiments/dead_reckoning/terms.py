@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from allanite.experiments.dead_reckoning.intervals import VariancePart
 from allanite.experiments.dead_reckoning.results import QUANTITIES
 from allanite.experiments.dead_reckoning.sources import AxisProcess, StartingPoint, term_processes, variances
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import BY_LETTER, Estimate, GaussMarkov, NoiseModel, TermType, term_of
 
 __all__ = ["SENSORS", "AxisTerm", "ReckoningSetting", "entries", "told"]

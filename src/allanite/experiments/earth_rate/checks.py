@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from allanite.experiments.earth_rate.verdict import RateCheckKind
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.residual_tests import CheckResult, grave, scatter_words, size_words
 from allanite.recording.channel_names import for_shell
 

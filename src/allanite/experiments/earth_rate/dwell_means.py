@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from allanite.experiments.earth_rate.take import Take, Transient
 from allanite.experiments.earth_rate.verdict import RateCheckKind
 from allanite.experiments.reversals.sides import triple_of
 from allanite.filtering.block_means import BlockMeans
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.span_means import contrast_whitener, span_covariance
 from allanite.quantities.residual_tests import alarm, scatter_check

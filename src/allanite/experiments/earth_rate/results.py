@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
@@ -18,6 +18,7 @@ from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigi
 from allanite.experiments.reversals import Reversals
 from allanite.experiments.reversals.sides import is_vertical, part_seen
 from allanite.experiments.reversals.turned_over import TurnedOver
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.earth import DEG_H, EARTH_RATE
 from allanite.quantities.quantity import Quantity

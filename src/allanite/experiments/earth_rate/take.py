@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -16,6 +15,7 @@ from allanite.experiments.reversals import Reversals
 from allanite.experiments.reversals.sides import part_seen
 from allanite.filtering.block_means import BlockMeans, block_means, longest_block
 from allanite.filtering.regression import LEVEL, Regression, regress
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.recording.records import Recording, Sampling
 

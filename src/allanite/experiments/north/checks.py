@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from allanite.experiments.north.verdict import NorthCheckKind
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.residual_tests import CheckResult, scatter_words, size_words
 
 __all__ = ["NorthCheck"]

@@ -21,7 +21,6 @@ and by quadrature over the law of r (Rice) and of d given r (von Mises, concentr
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import ClassVar
 
@@ -29,6 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import normal_quantile
 from allanite.quantities.result import Result
 

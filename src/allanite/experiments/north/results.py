@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +17,7 @@ from allanite.experiments.north.circle import Arc
 from allanite.experiments.north.tracks import Rotation
 from allanite.experiments.north.verdict import NorthRemark, NorthVerdict, NullVerdict
 from allanite.experiments.reversals import PositionsApart, Reversals
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.quantity import Quantity

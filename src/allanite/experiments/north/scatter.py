@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.north.tracks import Track
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.span_means import contrast_whitener, span_covariance
 
 __all__ = ["Means", "PositionScatter", "scatter_of"]

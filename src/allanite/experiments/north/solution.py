@@ -9,13 +9,14 @@ being independent, are stacked.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.north.tracks import Track
 from allanite.filtering.regression import Whitener
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["NorthSolution", "solve"]
 

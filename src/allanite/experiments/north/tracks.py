@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError, LimitError
 from allanite.experiments.reversals import Reversals
 from allanite.filtering.block_means import BlockMeans, block_means, longest_block
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.result import Result
 from allanite.recording.records import Kind, Recording, Sampling

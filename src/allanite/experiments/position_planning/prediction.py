@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from allanite.experiments.calibration.adjustment import RESOLVED, earth_prior, plausible_of
 from allanite.experiments.calibration.adjustment.interval_noise import Intervals, interval_covariance
 from allanite.experiments.calibration.adjustment.solution import Earth
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, Quantisation, White
 from allanite.quantities.attitude import rotation, rotation_vector, skew
 from allanite.quantities.earth import earth_rate_vector

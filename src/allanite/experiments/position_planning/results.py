@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar, Literal, TypedDict
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from allanite.experiments.position_planning import words
 from allanite.experiments.position_planning.verdict import PositionPlanRemark, PositionPlanVerdict
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.quantities.earlier_documents import entries, first_match, texts
 from allanite.quantities.result import Result

@@ -14,13 +14,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.position_planning.prediction import Forecast, PlannedUnit
 from allanite.experiments.position_planning.schemes import attitudes_along
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Draft", "dwell_for", "found_scheme", "nearest_dwell", "score", "worst_of"]
 

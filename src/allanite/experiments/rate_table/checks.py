@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from allanite.experiments.rate_table.verdict import TableCheckKind
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.residual_tests import FOREIGN, CheckResult, scatter_words, size_words
 
 __all__ = ["TableCheck"]

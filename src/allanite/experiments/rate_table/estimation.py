@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,7 @@ from allanite.experiments.rate_table.results import (
 from allanite.experiments.rate_table.shown import response_points, step_results
 from allanite.experiments.rate_table.step_means import StepMeans
 from allanite.experiments.rate_table.verdict import TableCheckKind, TableVerdict
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.quantities.residual_tests import FOREIGN

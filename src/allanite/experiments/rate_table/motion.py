@@ -7,13 +7,14 @@ Every kind answers one question, the mean rate over any stretches of time, exact
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.json_values import plain
 
 __all__ = ["RateSteps", "RateTable", "Sampled", "Sinusoids", "TableClock"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from allanite.experiments.rate_table.record.fit import TableSolution
 from allanite.experiments.rate_table.record.rows import ABSOLUTE, RATE, TEMPERATURE, WARM_RATE, power
 from allanite.experiments.rate_table.results import ResponseParameter
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile, normal_quantile, student_quantile
 from allanite.quantities.quantity import QuantityStatus
 from allanite.quantities.residual_tests import SEEN

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from allanite.experiments.rate_table.record.rows import (
 from allanite.experiments.rate_table.results import NoiseAtRate
 from allanite.experiments.rate_table.verdict import TableCheckKind
 from allanite.filtering.regression import Regression
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.quantities.distributions import chi_square_tail
 from allanite.quantities.residual_tests import ALARM, FOREIGN, alarm, scatter_check, size_check

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
@@ -16,6 +16,7 @@ from allanite.experiments.earth_rate.verdict import NoiseOrigin
 from allanite.experiments.rate_table import words
 from allanite.experiments.rate_table.checks import TableCheck
 from allanite.experiments.rate_table.verdict import TableRemark, TableVerdict
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.quantity import Quantity, QuantityStatus
 from allanite.quantities.result import Result

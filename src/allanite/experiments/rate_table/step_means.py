@@ -6,8 +6,6 @@ Their covariance under the noise model is that of `allanite.noise.span_means`, a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +15,7 @@ from allanite.experiments.rate_table.record.fit import TableSolution
 from allanite.experiments.rate_table.record.rows import RATE, TEMPERATURE, WARM_RATE
 from allanite.experiments.rate_table.verdict import TableCheckKind
 from allanite.filtering.regression import LEVEL
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.noise.span_means import contrast_whitener, span_covariance
 from allanite.quantities.residual_tests import scatter_check

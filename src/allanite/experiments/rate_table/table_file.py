@@ -14,7 +14,6 @@ import math
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -24,6 +23,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError, InputError, LimitError
 from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled, Sinusoids
 from allanite.files.readers.headings import is_unit, read_heading
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 from allanite.plain_files.regular_file import read_regular
 from allanite.quantities.units import QuantityKind, parse_unit

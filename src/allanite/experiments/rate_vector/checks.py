@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.rate_vector.vectors import Vectors
 from allanite.experiments.rate_vector.verdict import VectorCheckKind
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_tail
 from allanite.quantities.residual_tests import CheckResult
 from allanite.quantities.setup_uncertainty import SetupUncertainty

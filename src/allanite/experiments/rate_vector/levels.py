@@ -11,7 +11,6 @@ at none of it would state far too small an interval.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError
 from allanite.experiments.rate_vector.stretches import QUIET, AxisCells
 from allanite.filtering.regression import Regression, regress
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, NoiseModel, Quantisation, White
 from allanite.quantities.distributions import chi_square_tail
 from allanite.quantities.residual_tests import CheckResult

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
@@ -15,6 +15,7 @@ from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigi
 from allanite.experiments.rate_vector import words
 from allanite.experiments.rate_vector.checks import VectorCheck
 from allanite.experiments.rate_vector.verdict import LeftOut, VectorCheckKind, VectorRemark
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.quantity import Quantity
 from allanite.quantities.result import Result

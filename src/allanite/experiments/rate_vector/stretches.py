@@ -18,13 +18,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.rate_vector.verdict import LeftOut
 from allanite.experiments.static_spans.floor import chi_square, lowest_level
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import normal_quantile
 from allanite.recording.records import BLOCK, Recording
 

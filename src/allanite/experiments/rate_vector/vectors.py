@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.rate_vector.levels import LevelRows, Levels, levels, levels_of_record, size_check
 from allanite.experiments.rate_vector.stretches import QUIET, AxisCells
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.distributions import normal_quantile, student_quantile
 from allanite.quantities.residual_tests import CheckResult

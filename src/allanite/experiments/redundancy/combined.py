@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.redundancy.geometry import FLAT, best_weights
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, TermType
 from allanite.recording.records import Channel, Kind, Recording, scaled_samples
 from allanite.recording.sample_columns import Calculated, Column

@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,6 +40,7 @@ from allanite.experiments.redundancy.shared import (
     correlation_kept,
     pairs_of,
 )
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, Quantisation, White
 from allanite.noise.allan.degrees import chi_square_factors
 from allanite.noise.given_models import models_of

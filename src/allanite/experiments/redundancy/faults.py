@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from allanite.experiments.redundancy.alarms import RUN, Bench
 from allanite.experiments.redundancy.means import WindowMeans
 from allanite.experiments.redundancy.results import SensorFault
 from allanite.experiments.redundancy.verdict import FaultKind
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 
 __all__ = ["Examination", "examine"]

@@ -19,12 +19,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.redundancy.results import SharedNoise
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.allan.covariance import edf
 from allanite.noise.allan.lags import octave_lags

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.earlier_documents import first_match
 from allanite.quantities.result import Result
 

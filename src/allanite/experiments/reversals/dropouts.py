@@ -17,13 +17,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.reversals.excursions import Dropout, SurveyedSignal
 from allanite.experiments.reversals.turns import Disturbance, Turn
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["LONGEST", "Beat", "beat_of", "goes_back_and_forth", "in_time", "senses", "settle"]
 

@@ -16,12 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import BLOCK, OVERLOAD, Kind, Recording, merge_spans
 
 __all__ = ["PAUSE", "Dropout", "Excursion", "SurveyedSignal", "survey"]

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -36,6 +36,7 @@ from allanite.experiments.reversals.dropouts import (
 )
 from allanite.experiments.reversals.excursions import Dropout, Excursion, SurveyedSignal
 from allanite.experiments.reversals.turns import Disturbance, Position, Turn, sign_of
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["TurnJudgement", "TurnScale", "judge", "positions_of"]
 

@@ -12,11 +12,11 @@ import math
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from allanite.errors import FormatError, InputError, LimitError
 from allanite.files.readers.headings import read_heading
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 from allanite.plain_files.regular_file import read_regular_text
 from allanite.quantities.units import QuantityKind, parse_unit

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.reversals.sides import First
 from allanite.experiments.reversals.turns import Position
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.result import Result
 from allanite.recording.records import Kind, Recording
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.experiments.reversals.sides import First, checked_first, direction_of, sign_at_first
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.health.finding import Finding
 from allanite.recording.records import BLOCK, merge_spans
 

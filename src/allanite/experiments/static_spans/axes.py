@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.channel_names import for_shell, sensor_called, ways_to_units
 from allanite.recording.records import Kind, Recording
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.json_values import plain
 
 __all__ = ["WHY", "Level", "MovingSpan", "StaticSpan", "StaticSpans"]

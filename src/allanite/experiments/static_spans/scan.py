@@ -16,13 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.static_spans.cells import ChannelCells, runs
 from allanite.experiments.static_spans.floor import chi_square, lowest_level, ratio_quantile
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.recording.records import Sampling
 

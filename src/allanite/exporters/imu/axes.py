@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.quick_terms import with_quick_terms_white
 from allanite.recording.channel_names import for_shell, ways_to_units

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Unpack
 
 from allanite.errors import InputError
@@ -28,6 +28,7 @@ from allanite.exporters.imu.numbers import ImuNumbers
 from allanite.exporters.imu.options import NoiseOptions, asked_of
 from allanite.exporters.imu.preamble import Consumer
 from allanite.exporters.imu.walks import GAUSS_MARKOV, WalkChoice, Words, walking
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import SIGMA_PER_B, GaussMarkov
 
 __all__ = ["WALK_TIME", "MarkovImu", "gauss_markov_imu"]

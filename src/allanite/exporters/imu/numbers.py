@@ -8,10 +8,10 @@ renders them by two patterns, one for a number and one for a slot that the study
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 from allanite.exporters.imu.preamble import rate_text
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.units import parse_unit
 
 __all__ = ["ImuNumbers", "Slot"]

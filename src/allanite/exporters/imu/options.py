@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, TypedDict, TypeVar
 
 from allanite.errors import InputError
@@ -18,6 +17,7 @@ from allanite.exporters.imu.axes import (
 )
 from allanite.exporters.imu.preamble import Consumer, bound_lines, number_format, preamble, table
 from allanite.exporters.imu.walks import WalkChoice, Words, is_positive, refuse_time, walk_choice
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Asked", "NoiseOptions", "asked_of"]
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from allanite import __version__
@@ -14,6 +13,7 @@ from allanite.exporters.imu.axes import UNITS, AxisNumbers
 from allanite.exporters.imu.walks import GAUSS_MARKOV, Words
 from allanite.exporters.renewed import renewed_lines
 from allanite.exporters.triads import plain_line
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Consumer", "Remark", "bound_lines", "number_format", "preamble", "rate_text", "table"]
 

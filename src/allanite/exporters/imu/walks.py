@@ -17,13 +17,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from allanite.errors import InputError
 from allanite.exporters.imu.axes import AxisNumbers, HeaderNote, Number, parameter, without_slot
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov
 
 __all__ = ["GAUSS_MARKOV", "WalkChoice", "Walking", "Words", "refuse_time", "walk_choice", "walking"]

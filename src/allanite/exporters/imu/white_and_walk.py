@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Unpack
 
 from allanite.exporters.imu.numbers import ImuNumbers
 from allanite.exporters.imu.options import NoiseOptions, asked_of
 from allanite.exporters.imu.preamble import Consumer
 from allanite.exporters.imu.walks import walk_choice, walking
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["WalkImu", "white_and_walk"]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time, growing
 from allanite.files.readers.table import Options, Table
 from allanite.files.readers.timebase import Stamps, Timebase, even_grid, fit_grid
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.quantities.units import QuantityKind
 from allanite.recording.health.catalogue import CATALOGUE

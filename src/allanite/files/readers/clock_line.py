@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.files.readers.filled_stamps import BLOCK, CACHED, Filled, sum_of_products
 from allanite.files.readers.late_stamps import InTime
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["ClockLine", "Marks", "fit_line"]
 

@@ -8,12 +8,11 @@ of a run tell its place far better than a step.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.files.readers.filled_stamps import Filled, sum_of_products
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["CoarseStamps", "coarse_interval", "pauses_between", "shared_step", "without_place"]
 

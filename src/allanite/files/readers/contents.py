@@ -9,7 +9,6 @@ one was taken, and what else there is, is said in the notes.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError, InputError
 from allanite.files.readers.headings import canonical_group, read_heading
 from allanite.files.readers.table import Table
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import ArrayColumn
 
 __all__ = ["FilePart", "choose_part", "has_channel", "listed", "message_table"]

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["BLOCK", "CACHED", "ArrayStamps", "Filled", "KeptStamps", "Stamps", "sum_of_products"]
 

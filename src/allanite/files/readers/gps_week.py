@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from allanite.files.readers.column_look import FEWEST, is_even, look
 from allanite.files.readers.headings import Heading
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Column
 
 __all__ = ["WEEK", "GpsClock", "find_gps_clock", "is_slow", "names_time_of_week", "unit_of_week"]

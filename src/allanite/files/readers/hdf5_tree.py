@@ -11,7 +11,7 @@ stored of it before anything is read.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError, LimitError
 from allanite.files.readers.spool import BOMB_BYTES, BOMB_RATIO, to_file
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import GROUPS, refuse_more
 
 __all__ = ["Leaf", "Tree", "read_leaf", "text_of", "walk"]

@@ -7,7 +7,7 @@ Runs, which have no stamps but counters, are joined by `allanite.files.readers.j
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from allanite.files.readers.assembly import time_of
 from allanite.files.readers.stamp_table import TimeChoice
 from allanite.files.readers.table import Options, Table
 from allanite.files.readers.timebase import Stamps
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Column
 
 __all__ = ["join"]

@@ -9,12 +9,12 @@ for those: they are brought down to it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.files.readers.filled_stamps import BLOCK, Filled
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["REACH", "InTime", "brought_forward", "earliest", "off_grid", "usual_lateness"]
 

@@ -9,10 +9,10 @@ list may point anywhere.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from allanite.errors import FormatError
+from allanite.lazy_dataclasses import dataclass
 
 if TYPE_CHECKING:
     import pyarrow as pa

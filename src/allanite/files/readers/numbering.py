@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from allanite.files.readers.column_look import is_counter, look
 from allanite.files.readers.headings import Heading
 from allanite.files.readers.stamp_units import FACTORS
 from allanite.files.readers.timebase import Stamps
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 from allanite.recording.records import ArrayColumn, Column
 

@@ -24,7 +24,6 @@ import ast
 import math
 import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any, Final
 
@@ -35,6 +34,7 @@ from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.files.readers.arrays import left_out, one_record, other_times, picked, samples_among, table_of
 from allanite.files.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
 from allanite.files.readers.table import Options, Table
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import COLUMNS, PARTS, refuse_more
 from allanite.plain_files.regular_file import open_regular, regular
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from allanite.files.readers.column_look import FEWEST, look, stands_still
 from allanite.files.readers.headings import Heading
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Column
 
 __all__ = ["DAY", "Packed", "find_packed"]

@@ -8,7 +8,6 @@ elsewhere are left out, wherever they stand in the file.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.files.readers.timebase import Stamps
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Column
 from allanite.recording.sample_columns import View
 

@@ -8,7 +8,7 @@ where each field has a word of its own (``A`` for ``000A``).
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,7 @@ from allanite.errors import DataQualityError
 from allanite.files.readers.delimited.streams import opened, pieces
 from allanite.files.readers.raw_layout import RecordLayout
 from allanite.files.readers.spool import GrowingColumn
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["WrittenRecords", "written_records"]
 

@@ -7,7 +7,6 @@ no child process. Where records begin with a header, garbage between them is pas
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from allanite.files.readers.raw_lines import written_records
 from allanite.files.readers.record_chain import follow_chain
 from allanite.files.readers.spool import GrowingColumn
 from allanite.files.readers.table import Table
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.regular_file import open_regular
 from allanite.recording.records import ArrayColumn, Channel, Column, Sampling
 from allanite.recording.sample_columns import Calculated

@@ -8,10 +8,10 @@ between records is passed over and counted.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["RecordChain", "follow_chain"]
 

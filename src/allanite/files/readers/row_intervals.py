@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.files.readers.headings import read_heading
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Column
 from allanite.recording.sample_columns import Calculated
 

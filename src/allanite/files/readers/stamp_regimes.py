@@ -16,7 +16,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -40,6 +40,7 @@ from allanite.files.readers.late_stamps import (
     off_grid,
     usual_lateness,
 )
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["JUDGES", "LONGEST", "SHORTEST", "Probe", "no_grid", "probe_of"]
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from allanite.files.readers.headings import Heading
 from allanite.files.readers.stated_time import option_text
 from allanite.files.readers.timebase import Stamps
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Column
 
 __all__ = ["Scaled", "StampTable", "Summed", "TimeChoice"]

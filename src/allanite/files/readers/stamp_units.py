@@ -7,11 +7,12 @@ of a log. Inertial sensors are logged at 1 Hz to 20 kHz; of other channels (a be
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["EPOCH", "FACTORS", "StampSteps", "StampUnit", "candidates", "tell"]
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
 from allanite.errors import InputError
 from allanite.files.readers.headings import read_heading
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.units import QuantityKind, parse_unit
 
 __all__ = ["NO_TIME", "ORDERS", "StatedTime", "date_order", "option_text", "parse_step", "stated_time"]

@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from allanite.files.readers.stamp_table import TimeChoice
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Channel, Column, Sampling
 
 __all__ = ["Options", "Table"]

@@ -15,7 +15,6 @@ them; only stamps from which no grid can be built are refused.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from allanite.files.readers.grid_check import in_stalls, off_grid_share
 from allanite.files.readers.late_stamps import InTime
 from allanite.files.readers.set_back import between, longest_alone
 from allanite.files.readers.stamp_regimes import JUDGES, LONGEST, SHORTEST, Probe, no_grid, probe_of
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["ArrayStamps", "Stamps", "Timebase", "even_grid", "fit_grid", "resolution_of"]
 

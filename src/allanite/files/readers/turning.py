@@ -7,11 +7,11 @@ Where they do is told by the whole column: it climbs to just below a known turn,
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import ArrayColumn, Column
 
 __all__ = ["UnwrappedColumn", "unwrapped"]

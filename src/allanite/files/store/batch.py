@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Batch", "Flag", "count_flags"]
 

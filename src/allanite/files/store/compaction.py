@@ -7,7 +7,6 @@ import hashlib
 import json
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -20,6 +19,7 @@ from allanite.files.store.header import Header
 from allanite.files.store.manifest import is_sound
 from allanite.files.store.run import Run, open_run
 from allanite.files.store.survey import Piece, RunSurvey
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.arrow_numbers import arrow_of, numbers_of
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.json_values import parse_plain

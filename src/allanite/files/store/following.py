@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
 from allanite.files.store.batch import Batch
 from allanite.files.store.header import Header
 from allanite.files.store.segment import ReadPosition, opening_of, read_on, segment_name, segment_numbers
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["RunFollower"]
 

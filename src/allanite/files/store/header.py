@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, field, fields
 from typing import Any, Final
 
 from allanite import __version__
 from allanite.errors import FormatError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.records import Channel, checked_rate
 

@@ -19,7 +19,7 @@ import re
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.files.store.batch import Batch
 from allanite.files.store.header import TAKEN, Header
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.arrow_numbers import arrow_of, numbers_of
 from allanite.plain_files.json_values import parse_plain
 

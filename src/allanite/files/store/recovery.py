@@ -12,7 +12,7 @@ import os
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from itertools import groupby, islice
 from operator import itemgetter
 from pathlib import Path
@@ -26,6 +26,7 @@ from allanite.files.store.message import END, Message, NoBatch, Opening, find_me
 from allanite.files.store.run import Run, open_run
 from allanite.files.store.segment import Segment, opening_of, segment_name, segment_numbers
 from allanite.files.store.writing import LogStore
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Loss", "Recovery", "recover"]
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import threading
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError
 from allanite.files.store.message import decoding
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.arrow_numbers import numbers_of
 from allanite.plain_files.regular_file import open_regular
 from allanite.recording.channel_names import for_shell

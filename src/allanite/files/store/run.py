@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +19,7 @@ from allanite.files.store.message import END, Message, NoBatch
 from allanite.files.store.rows import SegmentRows
 from allanite.files.store.segment import ReadPosition, Segment, read_on, segment_name, segment_numbers
 from allanite.files.store.survey import Piece, RunSurvey
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.channel_names import for_shell
 from allanite.recording.records import Recording
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import BinaryIO, Final
 
@@ -22,6 +22,7 @@ from allanite.files.store.message import (
     samples,
     why_none,
 )
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import SEGMENTS, refuse_more
 from allanite.plain_files.regular_file import open_regular
 

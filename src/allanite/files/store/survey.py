@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Self
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from allanite.files.store.batch import count_flags
 from allanite.files.store.header import Header
 from allanite.files.store.rows import RowColumn, RunRows
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import MISSING, MISSING_EACH, refuse_more
 from allanite.recording.records import Recording
 from allanite.recording.sample_columns import Spliced

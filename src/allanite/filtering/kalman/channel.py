@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import SIGMA_PER_B, Flicker, GaussMarkov, NoiseModel, Quantisation, StateSpace
 from allanite.recording.records import OVERLOAD, Channel, Kind, Recording, Sampling
 

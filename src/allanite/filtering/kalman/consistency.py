@@ -22,7 +22,6 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -30,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
 from allanite.quantities.result import Result
 from allanite.quantities.verdict import Tone, Verdict, WordedCode

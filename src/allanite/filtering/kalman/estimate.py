@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import StrEnum
 from typing import ClassVar
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from allanite.filtering.kalman.consistency import Consistency, FilterVerdict
 from allanite.filtering.kalman.series import SeriesEnvelope
 from allanite.filtering.kalman.version_1 import upgraded
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.result import Result
 

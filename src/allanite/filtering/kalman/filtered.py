@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from allanite.filtering.kalman.estimate import FilterConditions, FilterEstimate,
 from allanite.filtering.kalman.filtering import FilterRun, Form
 from allanite.filtering.kalman.series import BlockSeries, SeriesEnvelope, instants
 from allanite.filtering.kalman.smoothing import block_rows, smoothed_blocks
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling
 

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -27,6 +26,7 @@ from allanite.filtering.kalman.checks import checked_matrix, checked_row, checke
 from allanite.filtering.kalman.sides import Rowwise, Sides
 from allanite.filtering.kalman.steady import riccati_steps
 from allanite.filtering.kalman.strands import MOST_STATES, Strand, joined, product, run_strands
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import StateSpace
 from allanite.recording.records import BLOCK
 

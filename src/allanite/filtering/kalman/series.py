@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import StorageError
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.result import Result
 from allanite.recording.sample_columns import ArrayColumn
 

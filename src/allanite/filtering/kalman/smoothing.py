@@ -7,7 +7,6 @@ A block is filtered again from its checkpoint when its turn comes, so memory doe
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +15,7 @@ from allanite import _kernels
 from allanite.filtering.kalman.checks import checked_row
 from allanite.filtering.kalman.filtering import Checkpoint, FilterRun, Form
 from allanite.filtering.kalman.sides import Sides
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import StateSpace
 from allanite.recording.records import BLOCK
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import islice, pairwise
 from typing import Any
 
@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FitError, InputError
 from allanite.filtering.kalman.checks import checked_space
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import StateSpace
 
 __all__ = ["SteadyState", "merged", "steady_state"]

@@ -27,12 +27,12 @@ import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import StateSpace
 
 __all__ = ["MOST_STATES", "Joined", "Rows", "Strand", "joined", "product", "run_strands"]

@@ -21,12 +21,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["FEW", "MANY", "SHORT", "Course", "Felt", "Turns", "mean_decay", "quadrature", "split"]
 

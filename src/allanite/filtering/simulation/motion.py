@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, field, fields
 from typing import Any, Literal
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.errors import InputError
 from allanite.filtering.simulation.course import Course, Turns
 from allanite.filtering.simulation.given import Span, numbers, span
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Motion", "Span"]
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from allanite.filtering.kalman.filtering import MOST_SEGMENT_STATES, STEPS
 from allanite.filtering.kalman.steady import riccati_steps
 from allanite.filtering.simulation.motion import Motion
 from allanite.filtering.simulation.signal import PerChannel, Signal, SimulatedEffects, Temperature
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, Ramp, Sinusoid
 from allanite.noise.markov import MarkovForm, MarkovState
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling, checked_rate

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.filtering.simulation.course import Course, mean_decay
 from allanite.filtering.simulation.motion import Motion
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.records import Channel, Kind, Sampling
 

@@ -10,7 +10,7 @@ g, upwards. Both are exact means over the interval of a sample (`unit_course`).
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,7 @@ from allanite.filtering.simulation.record import (
 from allanite.filtering.simulation.signal import Temperature, finite
 from allanite.filtering.simulation.unit_course import UnitCourse
 from allanite.filtering.simulation.unit_motion import UnitMotion
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.attitude import axes_matrix
 from allanite.quantities.earth import earth_rate_vector, normal_gravity

@@ -29,13 +29,13 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.filtering.simulation.course import FEW, MANY, SHORT, quadrature, split
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.attitude import angles_of, rotation
 
 __all__ = ["REST", "SETTLE", "SPIN", "SWAP", "TURN", "Pieces", "Sensed", "UnitCourse", "Waves"]

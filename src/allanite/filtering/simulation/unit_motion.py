@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from allanite.filtering.simulation.unit_course import (
     UnitCourse,
     Waves,
 )
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.attitude import attitude_of, rotation, rotation_vector
 
 __all__ = ["UnitMotion"]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from allanite.fitting.likelihood.objective import Objective, Point, RandomTerm, inner_of
 from allanite.fitting.likelihood.pool import Pool, contrasts
 from allanite.fitting.nonnegative import nonnegative
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_tail
 
 __all__ = ["Band", "ModeBand", "bands", "explained", "first_guess"]

@@ -9,7 +9,7 @@ Parameters are named by their place in the gradient: coefficients, then the corr
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem
@@ -20,6 +20,7 @@ from allanite.fitting.likelihood.profile import (
     slope_set,
     time_set,
 )
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = [
     "FLICKER",

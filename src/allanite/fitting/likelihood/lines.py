@@ -34,12 +34,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["FEWEST_PERIODS", "GIVEN_WIDTHS", "Line", "checked_lines", "fit_lines", "line_price", "without"]
 

@@ -11,13 +11,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.likelihood.objective import LikelihoodValue, Point, RandomTerm
 from allanite.fitting.nonnegative import nonnegative
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["LikelihoodSearch", "Peak", "maximise"]
 

@@ -9,7 +9,6 @@ white noise, flicker, Gauss-Markov noise and random walk, 1 % for quantisation, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 
 from allanite.fitting.likelihood.pool import KINDS, Series
 from allanite.fitting.slow_contrasts import autocorrelations, correlations, slow_contrasts
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Modes", "modes_of"]
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 
 import numpy as np
@@ -30,6 +30,7 @@ from allanite._kernels import pool_likelihood
 from allanite.fitting.design import LINEAR
 from allanite.fitting.likelihood.pool import KINDS, Pool, autocovariance
 from allanite.fitting.likelihood.pyramid import LikelihoodPyramid
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import GaussMarkov, TermType
 
 __all__ = ["LikelihoodValue", "Objective", "Point", "RandomTerm"]

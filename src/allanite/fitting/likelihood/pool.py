@@ -10,11 +10,11 @@ because every vector is made of contrasts.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import TermType
 
 __all__ = ["EXTRA", "KINDS", "LEVELS", "Pool", "Series", "autocovariance", "contrasts"]

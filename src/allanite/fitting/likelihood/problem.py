@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -19,6 +19,7 @@ from allanite.fitting.likelihood.lines import FEWEST_PERIODS, Line, checked_line
 from allanite.fitting.likelihood.maximum import LikelihoodSearch, Peak, maximise
 from allanite.fitting.likelihood.objective import Objective, RandomTerm
 from allanite.fitting.likelihood.pyramid import build
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import GaussMarkov, Ramp, Sinusoid, TermType, term_of
 from allanite.plain_files.counted import plural
 from allanite.recording.records import Channel, Recording

@@ -30,13 +30,14 @@ References
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.likelihood.modes import Modes, modes_of
 from allanite.fitting.likelihood.pool import EXTRA, KINDS, LEVELS, Pool, contrasts
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["LikelihoodPyramid", "block_sizes", "build"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from allanite.errors import FitError, InputError
@@ -34,6 +34,7 @@ from allanite.fitting.rivals import (
 )
 from allanite.fitting.undecided import over_families, with_alternative
 from allanite.fitting.verdict import quick_words, stand_in_words, supported_words, with_slow_notes
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Estimate, NoiseModel
 from allanite.noise.allan.degrees import chi_square_factors
 from allanite.noise.quick_terms import is_quick

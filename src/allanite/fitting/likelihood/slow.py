@@ -7,7 +7,6 @@ Correlation times by the likelihood itself; power laws, which its blocks do not 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from allanite.fitting.likelihood.problem import LikelihoodProblem
 from allanite.fitting.likelihood.profile import time_end
 from allanite.fitting.moments import curve_slopes
 from allanite.fitting.stand_ins import INTERVAL
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan import allan_curve
 
 __all__ = ["ShownSum", "slow_facts"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ from allanite.errors import InputError
 from allanite.fitting.moments import lags_used
 from allanite.fitting.overbound.envelope import band_above, least_above, reach
 from allanite.fitting.overbound.plausible import plausible_variances
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import GaussMarkov, NoiseModel, Sinusoid, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.inflation import Inflation

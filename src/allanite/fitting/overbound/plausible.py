@@ -14,13 +14,14 @@ its neighbours in every draw, so that where these rule the curve is drawn too lo
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.design import LINEAR, TIME_POWER
 from allanite.fitting.overbound.ensemble import walk
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import GaussMarkov, NoiseModel, TermType
 from allanite.noise.allan.covariance import LagPairs, lag_pairs
 from allanite.noise.allan.curve import AllanCurve

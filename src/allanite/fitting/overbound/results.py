@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar, cast
 
 from allanite.errors import FormatError, InputError
 from allanite.fitting.overbound.bounding import names_of, overbound
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import GaussMarkov, NoiseModel, TermType
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.noise.allan.curve import AllanCurve

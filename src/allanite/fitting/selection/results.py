@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 from allanite.errors import FormatError
@@ -14,6 +14,7 @@ from allanite.fitting.selection.averaging import averaged
 from allanite.fitting.selection.search import MOST_MARKOV, ORDER, Letters, named
 from allanite.fitting.selection.verdict import SelectionVerdict
 from allanite.fitting.verdict import stand_in_words, with_slow_notes
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Estimate, NoiseModel
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.quantities.result import Result

@@ -26,9 +26,10 @@ References
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from allanite.fitting.likelihood import LikelihoodProblem, Maximum
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = [
     "MOST_MARKOV",

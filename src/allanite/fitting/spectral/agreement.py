@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +24,7 @@ from allanite.errors import FitError
 from allanite.fitting.spectral.ordinates import Ordinates
 from allanite.fitting.spectral.profile import deviations
 from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, TermType, White
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
 from allanite.quantities.result import Result

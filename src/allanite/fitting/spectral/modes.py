@@ -8,12 +8,12 @@ are nearly uncorrelated whatever the noise and cross gaps without closing or fil
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.slow_contrasts import autocorrelations, slow_contrasts
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import TermType, White
 from allanite.noise.spectrum.periodogram import rate_blocks
 from allanite.recording.records import Recording

@@ -9,12 +9,13 @@ bends, take no part.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.spectral.modes import PartMeans, SlowModes, slow_modes
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, GaussMarkov, Quantisation, RandomWalk, TermType, White
 from allanite.noise.spectrum.expected import Sight, sight_of
 from allanite.noise.spectrum.periodogram import additive_dof

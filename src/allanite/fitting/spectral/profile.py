@@ -9,7 +9,7 @@ the nuisances are known, larger where several of them sit at zero and may only g
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from allanite.errors import FitError
 from allanite.fitting.inversion import CERTAIN, cone_point, crossing, end_of_set, end_of_time
 from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile, student_quantile
 
 __all__ = ["WhittleFit", "covariance", "deviations", "fitted", "ramp_point"]

@@ -27,7 +27,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +34,7 @@ from numpy.typing import NDArray
 from allanite.errors import FitError
 from allanite.fitting.nonnegative import nonnegative
 from allanite.fitting.spectral.ordinates import Ordinates
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_tails, normal_quantiles
 
 __all__ = ["WhittleProblem", "WhittleSolution"]

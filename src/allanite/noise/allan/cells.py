@@ -18,12 +18,12 @@ so that all pairs of windows of two lags cost a table of some hundred nodes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, Ramp, TermType
 from allanite.noise.allan.covariance import cross_covariance, distance_nodes, in_samples
 from allanite.noise.allan.statistics import STATISTICS, Phase

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.curve import AllanCurve
 from allanite.quantities.result import Result
 from allanite.recording.records import Sampling

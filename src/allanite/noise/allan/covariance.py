@@ -22,13 +22,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import (
     Flicker,
     GaussMarkov,

@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.allan import degrees
 from allanite.noise.allan.lags import choose_lags

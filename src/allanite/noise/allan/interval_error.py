@@ -11,13 +11,13 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import DataQualityError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.lags import choose_lags
 from allanite.plain_files.counted import plural
 from allanite.recording.records import Kind, Recording

@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, NoiseModel, Quantisation, RandomWalk, TermType, White
 from allanite.noise.allan import covariance, degrees, robust, theo_covariance
 from allanite.noise.allan.statistics import Statistic

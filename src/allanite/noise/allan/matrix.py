@@ -11,12 +11,11 @@ are computed themselves: what two channels do not share is there without cancell
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.covariance import complete_starts
 
 __all__ = ["AllanMatrix", "allan_matrix"]

@@ -28,7 +28,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -36,6 +35,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, Ramp
 from allanite.noise.allan.covariance import in_samples, lag_pairs
 from allanite.noise.allan.statistics import STATISTICS, Phase, in_threads, processors, total_length

@@ -32,13 +32,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.errors import DataQualityError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.covariance import complete_starts, touching_starts
 from allanite.plain_files.counted import plural
 from allanite.recording.records import OVERLOAD, Recording, merge_spans

@@ -18,10 +18,11 @@ or of a moving average.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["BandLimit", "find_band_limit", "short_lag_bend"]
 

@@ -13,11 +13,11 @@ Beyond `LEAKY` bins the density is straight across the kernel, to 1/bin^2 in the
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.spectrum.windows import Window
 
 __all__ = ["Sight", "sight_of"]

@@ -46,10 +46,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Bridge", "Bridged"]
 

@@ -12,11 +12,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.spectrum.periodogram import Periodogram
 
 __all__ = ["FALSE_ALARM", "SpectralLine", "find_lines", "without_lines"]

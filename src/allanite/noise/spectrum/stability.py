@@ -20,11 +20,12 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Sinusoid
 from allanite.noise.spectrum.lines import SpectralLine
 from allanite.noise.spectrum.periodogram import rate_blocks

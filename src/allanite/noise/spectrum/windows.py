@@ -13,13 +13,13 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["HANN", "WINDOWS", "Window", "window_of"]
 

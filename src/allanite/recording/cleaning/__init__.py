@@ -21,9 +21,9 @@ repaired is refused in words, not here: a clipped range, a bias removed on board
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.cleaning import labels, rows, spans
 from allanite.recording.records import Recording
 

@@ -8,11 +8,12 @@ the value was never logged and is missing. The rows after a gap hold the value b
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.result import Result
 from allanite.recording.cleaning.step import noted
 from allanite.recording.health.finding import percent

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.cleaning.renewed import Picked, renewed, without_jitter
 from allanite.recording.cleaning.step import noted, surveys
 from allanite.recording.health.finding import percent, plural

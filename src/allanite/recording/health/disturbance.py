@@ -17,11 +17,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import normal_quantile
 from allanite.recording.health.finding import Finding, Severity, finding, percent, plural, short
 from allanite.recording.health.impulses import Impulses, Spikes

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 from allanite.recording.health.catalogue import CATALOGUE
 from allanite.recording.records import merge_spans

@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.channel_names import for_shell
 from allanite.recording.health.disturbance import moved
 from allanite.recording.health.finding import Finding, Severity, finding, percent

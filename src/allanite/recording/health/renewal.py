@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import BLOCK, Recording
 
 __all__ = ["ALARM", "Renewal", "fresh_rows", "renewal_of"]

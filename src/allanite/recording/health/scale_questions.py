@@ -6,11 +6,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any, Literal
 
 import numpy as np
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.channel_names import Sensor, sensor_called
 from allanite.recording.health.meaning import triads
 from allanite.recording.health.raw_counts import (

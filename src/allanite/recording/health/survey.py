@@ -7,12 +7,13 @@ The samples are streamed in blocks, so a recording may be larger than memory; no
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.health.impulses import Impulses, Spikes
 from allanite.recording.health.tallies import (
     BlockDifferences,

@@ -29,12 +29,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import normal_quantile
 from allanite.recording.health.finding import Finding, Severity, finding, percent
 from allanite.recording.health.survey import ChannelSurvey, lattice_of, probes

@@ -6,10 +6,10 @@ A tally holds facts only. What the facts mean is decided by the detectors.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = [
     "DETAILS",

@@ -16,13 +16,13 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
 from allanite.filtering.block_means import BlockMeans, block_means
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 from allanite.quantities.result import Result
 from allanite.recording.channel_names import unit_option

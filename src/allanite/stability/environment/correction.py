@@ -16,11 +16,12 @@ are not fitted: there the regression speaks, not the sensor.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve
 from allanite.quantities.result import Result

@@ -18,11 +18,10 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.stability.environment.climate import Climate
 
 __all__ = ["BRANCH", "DRIFT", "QUADRATIC", "RATE", "TEMPERATURE", "EnvironmentDesign", "WarmUpDecay", "play"]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
 from allanite.filtering.regression import LEVEL
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.recording.records import Recording
 from allanite.stability.environment.climate import Climate

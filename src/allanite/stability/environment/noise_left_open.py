@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
 from allanite.filtering.regression import LEVEL, Whitener
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.stability.environment.climate import Climate
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.filtering.regression import Whitener
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.stability.environment.climate import Climate
 from allanite.stability.environment.design import WarmUpDecay

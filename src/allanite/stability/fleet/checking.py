@@ -18,7 +18,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import ClassVar, TypedDict
 
@@ -26,6 +25,7 @@ import numpy as np
 
 from allanite.errors import DataQualityError, FitError
 from allanite.fitting.advice import predicted_sd, record_length
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.noise.allan import AllanCurve
 from allanite.noise.terms import TermType

@@ -14,11 +14,12 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.stability.fleet.draws import Draws
 from allanite.stability.fleet.evidence import Design
 from allanite.stability.fleet.profile_table import ProfileTable

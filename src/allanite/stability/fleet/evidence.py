@@ -31,11 +31,12 @@ References
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.stability.fleet.profile_table import ProfileTable
 
 __all__ = ["Design", "Factors", "ScaleEvidence", "Scales", "evidence"]

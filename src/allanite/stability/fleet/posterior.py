@@ -22,11 +22,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.stability.fleet.evidence import Design, ScaleEvidence, Scales, evidence
 
 __all__ = ["WIDE_FROM", "Posterior", "posterior_of"]

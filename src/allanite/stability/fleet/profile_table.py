@@ -12,12 +12,12 @@ mean and variance have closed forms. With the origin at m and S = a + b x betwee
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.stability.fleet.levels import LEVELS
 
 __all__ = ["ProfileTable", "Tilted"]

@@ -20,11 +20,11 @@ References
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.stability.fleet.evidence import Design, Factors, Scales
 from allanite.stability.fleet.posterior import Posterior
 

@@ -15,12 +15,12 @@ logarithm of the lag, and its covariance with it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.objective import CurveSolution
+from allanite.lazy_dataclasses import dataclass
 from allanite.stability.record_comparison.null_law import ScaledChiSquare
 from allanite.stability.record_comparison.pooled import JointDesign, seen_by
 from allanite.stability.record_comparison.series import FittedChannel

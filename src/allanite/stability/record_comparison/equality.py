@@ -21,7 +21,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +28,7 @@ from numpy.typing import NDArray
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.inversion import crossing
 from allanite.fitting.objective import CurveSolution, distance
+from allanite.lazy_dataclasses import dataclass
 from allanite.stability.record_comparison.evidence import Evidence
 from allanite.stability.record_comparison.null_law import Directions, ScaledChiSquare, law_of_equality
 from allanite.stability.record_comparison.pooled import JointDesign, seen_by

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from allanite.fitting.families import Family
 from allanite.fitting.inversion import CERTAIN
 from allanite.fitting.objective import CurveData, CurveSolution, distance, sensitivity
 from allanite.fitting.sets import critical_value, fisher_sd
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import SIGMA_PER_B
 from allanite.stability.record_comparison.profiles import Profile, limit, normal_profile, traced
 from allanite.stability.record_comparison.series import FittedChannel

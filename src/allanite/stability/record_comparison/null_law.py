@@ -16,11 +16,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
 
 __all__ = ["Directions", "ScaledChiSquare", "law_of_equality"]

@@ -12,7 +12,7 @@ v being the variance unit and p the power of time of a symbol (`fitting.design.T
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from allanite.fitting.design import MARKOV, TIME_POWER, CurveDesign, Times
 from allanite.fitting.families import Family
 from allanite.fitting.objective import CurveData, CurveSolution, distance, solve
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import GaussMarkov, NoiseModel, TermType, term_of
 from allanite.stability.record_comparison.series import FittedChannel
 

@@ -24,11 +24,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile
 from allanite.stability.record_comparison.equality import least, summed_loss
 from allanite.stability.record_comparison.profiles import Chords, Profile

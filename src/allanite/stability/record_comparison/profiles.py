@@ -17,10 +17,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Chords", "Profile", "limit", "normal_profile", "traced"]
 

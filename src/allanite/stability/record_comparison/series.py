@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from allanite.fitting.families import Family
 from allanite.fitting.misfit import LagChoice, best_explained, candidate
 from allanite.fitting.moments import lags_used
 from allanite.fitting.objective import CurveSolution
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan import AllanCurve
 from allanite.plain_files.counted import plural
 from allanite.recording.records import Channel, Kind

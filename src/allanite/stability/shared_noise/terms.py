@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.design import LINEAR
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.covariance import LagPairs
 from allanite.quantities.distributions import chi_square_quantile
 from allanite.stability.shared_noise.quadratic import Products, covariance_of, entries, patterns

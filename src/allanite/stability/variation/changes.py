@@ -17,11 +17,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.cells import AllanCells
 from allanite.stability.variation.constancy import Whitened, WindowScatter, together
 from allanite.stability.variation.shapes import EVERYTHING, ChangeShape

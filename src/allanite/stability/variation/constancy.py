@@ -28,11 +28,10 @@ References
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.cells import AllanCells
 from allanite.noise.allan.tails import kurtosis_of
 

@@ -25,11 +25,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.cells import AllanCells
 from allanite.quantities.distributions import normal_quantile
 from allanite.stability.variation.constancy import Whitened, WindowScatter

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from typing import ClassVar
 
@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import FLICKER_FLOOR, NoiseModel
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.noise.datasheet import SheetEntry

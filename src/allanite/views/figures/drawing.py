@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Literal
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Drawing", "DrawnShape", "Point", "Words", "arc", "arrow", "box", "circle", "line", "wedge"]
 

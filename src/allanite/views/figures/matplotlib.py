@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -16,6 +15,7 @@ from matplotlib.markers import TICKDOWN, TICKLEFT
 from matplotlib.patches import Polygon
 from matplotlib.ticker import Locator, NullLocator
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words
 from allanite.views.figures.frames import CHARACTERS, KEY, LEFT, Box, layout
 from allanite.views.figures.panel import (

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from html import escape
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.printable import printable
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words
 from allanite.views.figures.frames import BOTTOM, CHARACTERS, KEY, LEFT, Box, layout, limits_of

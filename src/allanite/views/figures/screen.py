@@ -10,7 +10,7 @@ import json
 import math
 import os
 from collections.abc import Iterator
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, fields
 from functools import cache
 from html import escape
 from pathlib import Path
@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.printable import printable
 from allanite.views.figures.frames import limits_of

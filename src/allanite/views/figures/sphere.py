@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.views.figures.drawing import Drawing, DrawnShape, Point, Words, circle, line
 from allanite.views.figures.panel import Panel
 

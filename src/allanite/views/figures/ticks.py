@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.views.figures.panel import Axis, decades
 from allanite.views.wording.powers import raised
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, interval, number
 from allanite.views.terminal.console import table_of

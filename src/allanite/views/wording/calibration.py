@@ -4,10 +4,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 from allanite.experiments.calibration.results import CalibrationEstimate, CalibrationParameter
 from allanite.experiments.calibration.verdict import ParameterStatus
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.number_words import interval
 from allanite.quantities.units import STANDARD_GRAVITY
 from allanite.views.wording.rates import DEG, DEG_H

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any, Protocol
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import GaussMarkov, NoiseModel, Sinusoid
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.earth import EARTH_RATE

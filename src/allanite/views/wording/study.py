@@ -6,9 +6,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, TypeVar
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Estimate, NoiseModel
 from allanite.plain_files.counted import listed
 from allanite.quantities.display_units import display_unit, si_unit

@@ -9,13 +9,13 @@ reading that the meter cannot give on its range, in every format by the same rul
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.acquisition.instruments import Flag
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import OVERLOAD
 
 __all__ = ["ParsedReadings", "beyond_scale", "parse_dint", "parse_lines"]

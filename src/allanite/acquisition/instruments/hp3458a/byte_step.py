@@ -8,10 +8,10 @@ by nines, and given away only when the nine behind them are in step too.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["NINE", "ByteStep"]
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal
 
 from allanite.errors import InputError, InstrumentError
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = [
     "ARM",

@@ -9,9 +9,11 @@ it, and not with the one it should have.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Drift", "RateError"]
 

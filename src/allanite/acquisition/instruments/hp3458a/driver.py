@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from allanite.acquisition.instruments import Block, Identity, InstrumentTimeout, host_ns
 from allanite.acquisition.instruments.hp3458a import commands
@@ -20,6 +20,7 @@ from allanite.acquisition.instruments.hp3458a.resources import device_of
 from allanite.acquisition.instruments.hp3458a.stream import IntegerStream, LineStream, Stream
 from allanite.acquisition.instruments.hp3458a.transports import Transport, open_transport
 from allanite.errors import InputError, InstrumentError
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 from allanite.recording.records import Channel
 

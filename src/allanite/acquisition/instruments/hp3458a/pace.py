@@ -10,9 +10,10 @@ apart meanwhile (`Drift`): what is missing in a pause is counted from the last r
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from allanite.acquisition.instruments.hp3458a.drift import Drift
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Pace", "PaceJudgement"]
 

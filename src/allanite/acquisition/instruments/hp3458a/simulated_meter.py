@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 
 from allanite.acquisition.instruments import host_ns
 from allanite.acquisition.instruments.hp3458a.commands import OFF_ON, WORDS, rounded_nplc
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["MeterFault", "SimulatedIdentity", "SimulatedMeter", "counting"]
 

@@ -7,7 +7,7 @@ says that the next bytes come after a break.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Protocol
 
 import numpy as np
@@ -17,6 +17,7 @@ from allanite.acquisition.instruments import Flag
 from allanite.acquisition.instruments.hp3458a.answers import LONGEST_LINE, parse_dint, parse_lines
 from allanite.acquisition.instruments.hp3458a.byte_step import NINE, ByteStep
 from allanite.acquisition.instruments.hp3458a.pace import Pace
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Decoded", "IntegerStream", "LineStream", "Stream"]
 

@@ -7,13 +7,13 @@ Each fault happens when the sample of number `at` is due.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.acquisition.instruments.serial_imu.encoding import Encoder
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["ImuFault", "Source", "Vanish", "Wait", "noise", "wire"]
 

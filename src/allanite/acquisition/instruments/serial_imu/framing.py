@@ -7,7 +7,7 @@ counter is a jump of the sample's number, and a frame that came twice is given o
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -19,6 +19,7 @@ from allanite.acquisition.instruments.serial_imu.frames import FrameSplitter
 from allanite.acquisition.instruments.serial_imu.lines import LineSplitter, ParsedLine
 from allanite.acquisition.instruments.serial_imu.sequence import PlacedFrame, Sequence
 from allanite.acquisition.instruments.serial_imu.tally import Tally
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Framer", "Jump", "Samples"]
 

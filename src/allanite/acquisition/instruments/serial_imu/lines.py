@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -21,6 +20,7 @@ from allanite.acquisition.instruments.serial_imu.description import Description
 from allanite.acquisition.instruments.serial_imu.frames import apply_bits, flag_numbers
 from allanite.acquisition.instruments.serial_imu.layout import TextLines
 from allanite.acquisition.instruments.serial_imu.tally import Tally
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["LineSplitter", "ParsedLine", "with_line_checksum"]
 

@@ -12,10 +12,10 @@ where it was. A device that began to count anew does not come back; after `OLD` 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from allanite.acquisition.instruments.serial_imu.tally import Tally
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["NEAR", "OLD", "PlacedFrame", "Sequence"]
 

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass, fields, replace
+from dataclasses import astuple, fields, replace
+
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Tally"]
 

@@ -17,12 +17,13 @@ definition; without accelerometers the whole attitude of the first span is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.calibration.adjustment.turning import Moments, Turning
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.attitude import rotation, rotation_vector, skew
 from allanite.recording.calibration import (
     ACCELEROMETER,

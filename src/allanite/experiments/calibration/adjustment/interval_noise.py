@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Ramp, RandomWalk, TermType, White
 from allanite.noise.span_means import span_covariance
 from allanite.recording.records import Sampling

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,7 @@ from allanite.experiments.calibration.adjustment.solution import CalibrationSolu
 from allanite.experiments.calibration.adjustment.turning import TurningSamples
 from allanite.experiments.calibration.adjustment.weights import DRIFT, GROUPS, TURNS, Weights, groups_of
 from allanite.experiments.calibration.results import EarthSeen
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.residual_tests import SCATTER_ALARM

@@ -23,12 +23,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.calibration.adjustment.solution import CalibrationSolution
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
 
 __all__ = [

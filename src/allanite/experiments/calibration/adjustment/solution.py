@@ -9,13 +9,14 @@ because singular directions are independent it disturbs nothing that is determin
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.calibration.adjustment.design import Observed, Predicted, State, linearise
 from allanite.experiments.calibration.adjustment.weights import Weights
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.calibration import ACCELEROMETER
 
 __all__ = ["CalibrationSolution", "Earth", "covariance_at", "decompose", "solve"]

@@ -13,12 +13,13 @@ the integrals of R, of R_ab x_c, of R_ab (T - T_0) and, of gyros that follow gra
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.attitude import accumulated, with_coning
 from allanite.recording.calibration import TriadErrors
 

@@ -9,7 +9,7 @@ a turn is integrated exactly; turns share it where they share samples, and it is
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from allanite.experiments.calibration.adjustment.interval_noise import (
     about_mean,
     interval_covariance,
 )
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, Quantisation, RandomWalk, White
 from allanite.recording.calibration import ACCELEROMETER, GYRO
 

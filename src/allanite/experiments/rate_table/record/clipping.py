@@ -9,13 +9,13 @@ rate of the table, never by the sample: choosing samples would bend the response
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.rate_table.motion import RateSteps, RateTable
 from allanite.experiments.rate_table.record.rows import SampleSelection
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Recording
 
 __all__ = ["Clipped", "find_clipped"]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from allanite.experiments.rate_table.record.clipping import Clipped
 from allanite.experiments.rate_table.record.fit import TableChannel, fit_clock
 from allanite.experiments.rate_table.record.rows import SampleSelection
 from allanite.experiments.rate_table.record.timing import find_edges, settling
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile, student_quantile
 from allanite.quantities.residual_tests import ALARM
 

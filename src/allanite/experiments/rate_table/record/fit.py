@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ from allanite.experiments.rate_table.record.rows import (
     power,
 )
 from allanite.filtering.regression import LEVEL, Regression
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, NoiseModel, White
 from allanite.recording.records import Recording
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from allanite.errors import InputError
 from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled, Sinusoids, TableClock
 from allanite.filtering.block_means import longest_block
 from allanite.filtering.regression import Regression, regress
+from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.recording.records import BLOCK, Recording, Sampling
 

@@ -10,12 +10,12 @@ itself, that of the derivative of the rate (see `allanite.experiments.rate_table
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled, TableClock
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import OVERLOAD, Recording
 
 __all__ = ["CoarseOffset", "Edges", "Settling", "coarse_offset", "find_edges", "settling"]

@@ -7,7 +7,6 @@ value = raw / mul; sample k of a batch was taken at SampleUS + k / smp_rate. Bet
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 from allanite.files.readers.ardupilot.records import Format, Records
 from allanite.files.readers.contents import FilePart
 from allanite.files.readers.spool import GrowingColumn
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 
 __all__ = ["SensorBatches", "batches_in"]

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,6 +16,7 @@ from allanite.files.readers.ardupilot import batches
 from allanite.files.readers.ardupilot.records import Format, Records, find_records
 from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.spool import GrowingColumn
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 
 __all__ = ["table_in"]

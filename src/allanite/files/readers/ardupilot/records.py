@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.files.readers.record_chain import follow_chain
 from allanite.files.readers.spool import GrowingColumn
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.regular_file import open_regular
 
 __all__ = ["FMT_TYPE", "MAGIC", "Format", "Records", "find_formats", "find_records"]

@@ -12,7 +12,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache
 
 from allanite.errors import FormatError, InputError
@@ -21,6 +21,7 @@ from allanite.files.readers.delimited.dates import NUMBERS, date_format, packed_
 from allanite.files.readers.delimited.row_kinds import KindsOfRows, is_of_kind, word_at
 from allanite.files.readers.delimited.suffixes import NUMBER, like_a_unit, split_suffix
 from allanite.files.readers.headings import is_unit, measures, read_heading, unbracketed
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.channel_names import for_shell
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, Final
 
 from allanite.files.readers.delimited.dates import date_format
 from allanite.files.readers.delimited.dialect import MISSING, OVERLOAD
 from allanite.files.readers.delimited.suffixes import NUMBER, split_suffix
 from allanite.files.readers.headings import is_unit
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import DEPTH
 
 __all__ = ["LabeledLine", "read_json", "read_labels"]

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import accumulate
 from typing import Final
 
@@ -22,6 +22,7 @@ from allanite.files.readers.delimited.label_lines import LabeledLine, read_json,
 from allanite.files.readers.delimited.sentences import DAMAGED
 from allanite.files.readers.delimited.suffixes import NUMBER, split_suffix
 from allanite.files.readers.headings import is_unit, read_heading
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.channel_names import for_shell
 

@@ -12,12 +12,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 from allanite.errors import FormatError, InputError
 from allanite.files.readers.delimited.dates import date_format, to_nanoseconds
 from allanite.files.readers.delimited.dialect import Dialect
+from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.channel_names import for_shell
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from allanite.files.readers.delimited.dialect import COMMENT
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["PrintedNumbers", "find_printed"]
 

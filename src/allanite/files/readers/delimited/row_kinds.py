@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
 
@@ -23,6 +22,7 @@ from allanite.files.readers.delimited.streams import TextStream
 from allanite.files.readers.headings import FITTING, measures, read_heading
 from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.channel_names import for_shell
 from allanite.recording.records import ArrayColumn
 

@@ -19,7 +19,7 @@ import re
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Final
 
 from allanite.errors import InputError
@@ -29,6 +29,7 @@ from allanite.files.readers.delimited.sentence_kinds import (
     known_fields,
     words_of_kind,
 )
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.channel_names import for_shell
 
 __all__ = ["DAMAGED", "Sentences", "find_sentences"]

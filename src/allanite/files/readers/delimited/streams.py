@@ -12,7 +12,6 @@ import lzma
 import re
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
@@ -20,6 +19,7 @@ import numpy as np
 
 from allanite.errors import FormatError, LimitError
 from allanite.files.readers.spool import refuse_bomb, to_file
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.regular_file import open_regular
 
 __all__ = ["TextStream", "head_lines", "is_text", "opened", "other_lines", "pieces"]

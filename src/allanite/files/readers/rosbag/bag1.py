@@ -11,12 +11,12 @@ from __future__ import annotations
 import struct
 from collections import Counter
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from allanite.errors import FormatError
 from allanite.files.readers.rosbag.storage import Batch, Chunked, Connection, Torn, unpacked
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["Bag1"]
 

@@ -9,7 +9,6 @@ out, and said.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -26,6 +25,7 @@ from allanite.files.readers.rosbag.types import (
     layout_of,
     typestore_of,
 )
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ byte orders, lengths that vary.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.files.readers.rosbag.storage import Connection
 from allanite.files.readers.rosbag.types import ImuPlace, MessageLayout
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.channel_names import for_shell
 
 if TYPE_CHECKING:

@@ -6,12 +6,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, Protocol
 
 from allanite.errors import FormatError
 from allanite.files.readers.spool import refuse_bomb
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.regular_file import open_regular
 
 __all__ = ["Batch", "Chunked", "Connection", "Storage", "Torn", "unpacked"]

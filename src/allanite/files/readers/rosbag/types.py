@@ -10,11 +10,11 @@ definition is not the one that fixes them.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Final
 
 from allanite.files.readers.rosbag.storage import Connection
+from allanite.lazy_dataclasses import dataclass
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["FindingKind"]
 
