@@ -13,6 +13,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 from xml.etree import ElementTree
 
@@ -56,6 +57,12 @@ def step(dt: float, angle: float, phi: float, bias: float) -> Step:
 
 
 # -- readers of the files ------------------------------------------------------------------------------------
+
+
+def info(text: str) -> dict[str, float]:
+    """Keys of the numbers of a property tree in the INFO format, wherever they stand."""
+    lines = (line.partition(";")[0].split() for line in text.splitlines())
+    return {words[0]: float(words[1]) for words in lines if len(words) == 2}
 
 
 def yaml_1_1(text: str) -> Any:
@@ -168,6 +175,82 @@ def gtsam(text: str) -> dict[str, Step]:
     return {s: step(dt, dt**2 * k[a][0] / dt, 1.0, dt * k[b][0]) for s, (a, b) in keys.items()}
 
 
+def lio_sam(text: str) -> dict[str, Step]:
+    """The squares are GTSAM's covariances: divided by dt, times dt^2; sqrt(dt) times the sigma of the bias."""
+    k, dt = yaml_1_1(text)["lio_sam"], 1 / RATE
+    keys = {GYRO: ("imuGyrNoise", "imuGyrBiasN"), ACCEL: ("imuAccNoise", "imuAccBiasN")}
+    return {
+        s: step(dt, dt**2 * k[a] ** 2 / dt, 1.0, (math.sqrt(dt) * k[b]) ** 2) for s, (a, b) in keys.items()
+    }
+
+
+def kimera(text: str) -> dict[str, Step]:
+    """As GTSAM, of the squares."""
+    k = yaml_1_1(text)
+    dt = 1 / k["rate_hz"]
+    return {
+        s: step(dt, dt**2 * k[f"{s}_noise_density"] ** 2 / dt, 1.0, dt * k[f"{s}_random_walk"] ** 2)
+        for s in (GYRO, ACCEL)
+    }
+
+
+def maplab(text: str) -> dict[str, Step]:
+    """The squares are derivatives of the covariance."""
+    k, dt = yaml_1_1(text), 1 / RATE
+    return {
+        s: step(
+            dt, dt * k[f"{a}_noise_density"] ** 2, 1.0, dt * k[f"{a}_bias_random_walk_noise_density"] ** 2
+        )
+        for s, a in ((GYRO, "gyro"), (ACCEL, "acc"))
+    }
+
+
+def rovio(text: str) -> dict[str, Step]:
+    """A Jacobian of the noise with the root of dt."""
+    k, root = info(text), math.sqrt(1 / RATE)
+    return {
+        s: step(1 / RATE, root * k[f"{white}_0"] * root, 1.0, root * k[f"{walk}_0"] * root)
+        for s, white, walk in ((GYRO, "att", "gyb"), (ACCEL, "vel", "acb"))
+    }
+
+
+def fast_lio(text: str) -> dict[str, Step]:
+    """(dt f_w) Q (dt f_w)', Q the numbers of the file."""
+    k, dt = yaml_1_1(text)["mapping"], 1 / RATE
+    return {
+        s: step(dt, dt * k[f"{a}_cov"] * dt, 1.0, dt * k[f"b_{a}_cov"] * dt)
+        for s, a in ((GYRO, "gyr"), (ACCEL, "acc"))
+    }
+
+
+def basalt(text: str) -> dict[str, Step]:
+    """Variance of a sample std^2 rate, with a Jacobian of dt; a change of the bias weighs 1/(std sqrt(dt))."""
+    k = json.loads(text)["value0"]
+    dt = 1 / k["imu_update_rate"]
+    return {
+        s: step(
+            dt,
+            dt**2 * (k[f"{a}_noise_std"][0] * math.sqrt(k["imu_update_rate"])) ** 2,
+            1.0,
+            (k[f"{a}_bias_std"][0] * math.sqrt(dt)) ** 2,
+        )
+        for s, a in ((GYRO, "gyro"), (ACCEL, "accel"))
+    }
+
+
+def airsim(text: str) -> dict[str, Step]:
+    """Density over the root of dt, at least 1 ms; the bias moves by stability/sqrt(tau) times it."""
+    k, dt = json.loads(text)["Imu"], 1 / RATE
+    assert k["Enabled"] and k["SensorType"] == 2
+    root, found = math.sqrt(max(dt, 1e-3)), {}
+    for s, a, name, n, b in (
+        (GYRO, "Angular", "Gyro", ARW, DEG_H), (ACCEL, "Velocity", "Accel", 9.80665e-3, MICRO_G),
+    ):  # fmt: skip
+        walk = k[f"{name}BiasStability"] * b / math.sqrt(k[f"{name}BiasStabilityTau"])
+        found[s] = step(dt, (k[f"{a}RandomWalk"] * n / root * dt) ** 2, 1.0, (walk * root) ** 2)
+    return found
+
+
 def pyins(text: str) -> dict[str, Step]:
     names = python_names(text)
     made = {GYRO: names["gyro"](1.0), ACCEL: names["accel"](1.0)}
@@ -193,6 +276,60 @@ def ardupilot(text: str) -> dict[str, Step]:
     k = parameters(text, r"^# (EK3_\w+),(\S+)$")
     keys = {GYRO: ("EK3_GYRO_P_NSE", "EK3_GBIAS_P_NSE"), ACCEL: ("EK3_ACC_P_NSE", "EK3_ABIAS_P_NSE")}
     return delta_angle_filter(k, keys, 0.0125)
+
+
+# -- white noise alone -------------------------------------------------------------------------------------------
+
+
+def samples(deviations: dict[str, float]) -> dict[str, Step]:
+    """Independent noise of these deviations in every sample, and no bias."""
+    return {s: step(1 / RATE, (sd / RATE) ** 2, 1.0, 0.0) for s, sd in deviations.items()}
+
+
+def isaac(text: str) -> dict[str, Step]:
+    """std times a normal number, added to every observation."""
+    names = python_names(text)
+    return samples({GYRO: names["GYROSCOPE"][0], ACCEL: names["ACCELEROMETER"][0]})
+
+
+def carla(text: str) -> dict[str, Step]:
+    """A normal number of stddev, added to every sample; the attributes are text."""
+    told: dict[str, str] = {}
+    python_names(text)["apply"](SimpleNamespace(set_attribute=told.__setitem__))
+    assert 1 / float(told["sensor_tick"]) == pytest.approx(RATE)
+    return samples({s: float(told[f"noise_{a}_stddev_x"]) for s, a in ((GYRO, "gyro"), (ACCEL, "accel"))})
+
+
+def mujoco(text: str) -> dict[str, Step]:
+    """The attribute times a normal number, which its user adds."""
+    root = ElementTree.fromstring(text)
+    return samples({s: float(root.find(s_).get("noise")) for s, s_ in ((GYRO, "gyro"), (ACCEL, ACCEL))})
+
+
+def webots(text: str) -> dict[str, Step]:
+    """Output (1 + noise g) of the rows about the reading, between which both are interpolated."""
+    return samples({s: webots_deviation(text, s, 0.0) for s in (GYRO, ACCEL)})
+
+
+def webots_deviation(text: str, sensor: str, reading: float) -> float:
+    node = {GYRO: "Gyro", ACCEL: "Accelerometer"}[sensor]
+    (table,) = re.findall(rf"^{node} {{\s+lookupTable \[([^\]]*)\]", text, re.M)
+    rows = np.array([[float(v) for v in line.split()] for line in table.strip().splitlines()])
+    output, noise = (np.interp(reading, rows[:, 0], rows[:, i]) for i in (1, 2))
+    (offset,) = re.findall(rf"^# {node}: subtract (\d+) ", text, re.M)
+    assert output - float(offset) == pytest.approx(reading, abs=1e-9)
+    return float(output * noise)
+
+
+def ros_imu(text: str) -> dict[str, Step]:
+    """The variance of a measurement of the rate; robot_localization takes no less than 1e-9."""
+    k, names = yaml_1_1(text), {GYRO: "angular_velocity", ACCEL: "linear_acceleration"}
+    found = {}
+    for s, name in names.items():
+        matrix = np.reshape(k[f"{name}_covariance"], (3, 3))
+        assert np.array_equal(matrix, np.diag(np.diag(matrix))), "no correlation between axes"
+        found[s] = math.sqrt(max(matrix[0, 0], 1e-9))
+    return samples(found)
 
 
 # -- Gauss-Markov ------------------------------------------------------------------------------------------------
@@ -311,13 +448,20 @@ def ob_gins(text: str) -> dict[str, Step]:
 Reader = Callable[[str], dict[str, Step]]
 
 WALKERS: dict[str, Reader] = {
-    f.__name__: f for f in (kalibr, openvins, vins, orb_slam3, okvis, gtsam, pyins, px4, ardupilot)
-}
+    f.__name__: f
+    for f in (
+        kalibr, openvins, vins, orb_slam3, okvis, gtsam, pyins, px4, ardupilot, kimera, basalt, maplab, rovio, lio_sam,
+        fast_lio, airsim,
+    )
+}  # fmt: skip
+WHITES: dict[str, Reader] = {f.__name__: f for f in (ros_imu, carla, isaac, mujoco, webots)}
 MARKOVS: dict[str, Reader] = {
     f.__name__: f for f in (gazebo, gazebo_classic, gnss_ins_sim, navego, psins, kf_gins, ob_gins)
 }
 #: Consumers whose step of a Gauss-Markov bias is exact.
 EXACT = ("gazebo", "gazebo_classic")
+#: Packages of a registry that run the file's numbers themselves, where they are installed.
+PACKAGES = {"gtsam": "GTSAM", "lio_sam": "GTSAM", "kimera": "GTSAM", "mujoco": "MuJoCo"}
 OPTIONS: dict[str, dict[str, Any]] = {"ardupilot": {"filter_rate": 80.0}}
 
 

@@ -35,7 +35,9 @@ from verification.proof import proof_page
 
 from allanite.quantities.result import Result, entries_of
 from allanite.recording.health.catalogue import findings_page
+from consumers import MARKOVS, WALKERS, WHITES
 from shell import Run
+from which_number import which_number_page
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -441,12 +443,24 @@ GENERATED = {
     "docs/reference/documents.md": documents_page,
     "docs/reference/cli.md": command_reference,
     "docs/reference/exports.md": exports_reference,
+    "docs/reference/which-number-goes-where.md": which_number_page,
     "docs/reference/findings.md": findings_page,
     "docs/reference/fleet-table.md": fleet_table_page,
     "docs/reference/look-alikes.md": look_alikes_page,
     "docs/reference/python.md": python_reference,
     "docs/proof.md": proof_page,
 }
+
+
+def test_thirty_programs_are_told_which_number_goes_where() -> None:
+    """Every file of noise says so, and every one of them has a step of the consumer in the tests."""
+    from allanite.exporters import EXPORTERS, exporter
+
+    files = [name for name in EXPORTERS if hasattr(exporter(name), "USAGE")]
+    assert set(EXPORTERS) - set(files) == {"imu_tk", "cpp"}
+    assert set(files) == {*WALKERS, *MARKOVS, *WHITES, "matlab"}
+    programs = [program.name for name in files for program in exporter(name).USAGE.programs]
+    assert len(set(programs)) == len(programs) >= 30
 
 
 @pytest.mark.parametrize("page", GENERATED)

@@ -351,7 +351,7 @@ def test_registry() -> None:
         module = exporters.exporter(name)
         assert module.NAME == name
         assert module.SUMMARY
-        assert list(GOLDEN.glob(f"{name}_*")), "every exporter has a golden file"
+        assert list(GOLDEN.glob(f"{name}[_.]*")), "every exporter has a golden file"
         assert f'"{name.replace("_", "-")}"' in (exporters.export.__doc__ or ""), (
             "its docstring names them all"
         )

@@ -256,7 +256,11 @@ def test_openvins_takes_the_noise_of_a_study_like_kalibr() -> None:
     study = sample_study.build()
     k = blocks(export("openvins", calibration(), model=study))
     lines = [line for line in export("kalibr", study).splitlines() if line[:1] not in ("#", "")]
-    assert "IMU noise for OpenVINS" in export("openvins", calibration(), model=study)
+    for calibrated, title in ((True, "IMU intrinsics and noise"), (False, "IMU noise")):
+        given = (calibration(), {"model": study}) if calibrated else (study, {})
+        text = export("openvins", given[0], **given[1])
+        assert text.startswith(f"%YAML:1.0\n\n# {title} for OpenVINS, written by allanite")
+        assert text.count("written by allanite") == 1, "the title stands there once"
     flat = dict(line.split("#")[0].replace(" ", "").split(":") for line in lines)
     assert flat.pop("rostopic") == k["rostopic"]
     assert {key: float(value) for key, value in flat.items()} == {key: k[key] for key in flat}

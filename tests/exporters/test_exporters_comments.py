@@ -29,9 +29,9 @@ from allanite.noise import (
     RandomWalk,
     White,
 )
-from consumers import ACCEL, GYRO, MARKOVS, OPTIONS, RATE, WALKERS, mat
+from consumers import ACCEL, GYRO, MARKOVS, OPTIONS, RATE, WALKERS, WHITES, mat
 
-ALL = (*WALKERS, *MARKOVS, "matlab")
+ALL = (*WALKERS, *MARKOVS, *WHITES, "matlab")
 CASES = 30
 TIME = 80.0
 KINDS = {GYRO: "rate", ACCEL: "acceleration"}
@@ -96,8 +96,9 @@ class Case:
 def written(name: str, case: Case) -> tuple[Any, str]:
     """The content of the file, or why there is none."""
     given: dict[str, Any] = {"digits": 15, **OPTIONS.get(name, {})}
-    given |= {"walk": case.walk} if case.walk else {}
-    given |= {"correlation_time": case.time} if case.time else {}
+    if name not in WHITES:
+        given |= {"walk": case.walk} if case.walk else {}
+        given |= {"correlation_time": case.time} if case.time else {}
     try:
         return exporters.exporter(name).write(case.document, **given), ""
     except InputError as refusal:
@@ -105,10 +106,12 @@ def written(name: str, case: Case) -> tuple[Any, str]:
 
 
 def comments_of(name: str, content: Any) -> str:
-    if name == "matlab":
-        return "\n".join(json.loads(content["imu_sensor.json"])["allanite"]["Comments"])
-    lines = re.findall(r"^(?:[#%].*)$", content, re.M)
-    if name.startswith("gazebo"):
+    in_json = {"matlab": "allanite", "airsim": "Imu"}
+    if name in (*in_json, "basalt"):
+        held = json.loads(content["imu_sensor.json"] if name == "matlab" else content)
+        return "\n".join(x for x in held.get(in_json.get(name), held)["Comments"])
+    lines = re.findall(r"^(?:[#%;].*)$", content, re.M)
+    if content.startswith("<!--"):
         lines = [content.partition("-->")[0]]
     return "\n".join(x for x in lines if "its defaults" not in x and "NSE" not in x and "EKF2" not in x)
 
@@ -126,9 +129,8 @@ def test_comments_are_of_this_model_and_numbers_come_back(name: str) -> None:
         said, where = comments_of(name, content), (name, seed, case.walk)
         held = {s for v in case.truth.values() for s in "BK" if v[s]}
         held |= {s for s in "QR" if case.there[s]}
-        allowed = held | (
-            {"q_c"} if case.walk != "k-only" and ("B" in held or case.there["markov"]) else set()
-        )
+        bounded = case.walk != "k-only" and name not in WHITES and ("B" in held or case.there["markov"])
+        allowed = held | ({"q_c"} if bounded else set())
         for symbol, pattern in NAMES.items():
             unknown = f"{symbol} unknown LEFT OUT" in said  # neither a value nor a limit in the study
             named = re.search(pattern, said) is not None
@@ -149,11 +151,14 @@ def numbers_come_back(name: str, case: Case, content: Any) -> None:
     if name == "matlab":
         matlab_comes_back(case, content)
         return
-    steps = {**WALKERS, **MARKOVS}[name](content)
+    steps = {**WALKERS, **MARKOVS, **WHITES}[name](content)
     for sensor, own in steps.items():
         v, dt = case.truth[sensor], own.dt
         assert own.covariance[0, 0] == pytest.approx(v["N"] ** 2 * dt, rel=1e-9), (name, case.walk)
         phi, driven = own.transition[1, 1], own.covariance[1, 1]
+        if name in WHITES:
+            assert driven == 0.0
+            continue
         if name in WALKERS or case.walk is not None:
             walk = case.expected_walk(sensor)
             assert driven == pytest.approx(walk**2 * dt, rel=2 * dt / WALK_TIME + 1e-8)

@@ -20,6 +20,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from scipy.stats import chi2
 
 import allanite as al
 import consumers
@@ -28,12 +29,18 @@ from allanite import exporters
 from allanite.errors import InputError, StorageError
 from allanite.exporters.imu.gauss_markov import WALK_TIME
 from allanite.noise import SIGMA_PER_B, Flicker, GaussMarkov, NoiseModel, RandomWalk, White
-from consumers import ACCEL, GYRO, MARKOVS, OPTIONS, RATE, WALKERS, Step
+from consumers import ACCEL, GYRO, MARKOVS, OPTIONS, RATE, WALKERS, WHITES, Step
 from shell import Run
 
 GOLDEN = Path(__file__).parents[1] / "published"
 SECONDS = (1.0, 10.0, 100.0, 1000.0)
-ALL = (*WALKERS, *MARKOVS, "matlab")
+ALL = (*WALKERS, *MARKOVS, *WHITES, "matlab")
+#: Files that are squares of the numbers.
+SQUARES = ("gtsam", "rovio", "fast_lio", "ros_imu")
+#: Simulators: what they make is to be like the sensor, not above it.
+SIMULATORS = (
+    "gazebo", "gazebo_classic", "gnss_ins_sim", "psins", "matlab", "airsim", "carla", "isaac", "mujoco", "webots",
+)  # fmt: skip
 DEG, MICRO_G = math.radians(1), 9.80665e-6
 
 
@@ -65,7 +72,7 @@ def steps(name: str, models: Any = MODELS, *, digits: int = 15, **options: Any) 
         files = made_by("matlab", models, digits=digits, **given)
         return consumers.matlab(files["imu_sensor.json"], consumers.mat(files["imu_sensor.mat"]))
     text = al.export(name, models, rate=RATE, digits=digits, **given)
-    return {**WALKERS, **MARKOVS}[name](text)
+    return {**WALKERS, **MARKOVS, **WHITES}[name](text)
 
 
 def made_by(name: str, models: Any, **options: Any) -> Any:
@@ -117,6 +124,54 @@ def test_bounds_of_the_bias_hold_in_every_consumer(name: str) -> None:
         for t in (10.0, 1000.0):
             matched = steps(name, walk=f"horizon={t}")[sensor].after(t)[1, 1] / 3
             assert matched == pytest.approx(float(markov.avar(t) + walk.avar(t)), rel=1e-9)
+
+
+# -- white noise alone ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", WHITES)
+@pytest.mark.parametrize("sensor", [GYRO, ACCEL])
+def test_white_noise_comes_back_and_no_bias(name: str, sensor: str) -> None:
+    found, n = steps(name)[sensor], OF_SENSOR[sensor].term("white")
+    for t in SECONDS:
+        assert found.after(t)[0, 0] == pytest.approx(float(n.avar(t)) * t**2, rel=1e-9)
+        assert found.after(t)[1, 1] == 0.0
+    said = al.export(name, MODELS, rate=RATE)
+    assert "LOST: bias instability and random walk" in said and said.count("LEFT OUT") >= 3
+    for option in ({"walk": "k-only"}, {"correlation_time": 9.0}):
+        with pytest.raises(InputError, match=f"{next(iter(option))} has nothing to set in it"):
+            al.export(name, MODELS, rate=RATE, **option)
+
+
+def test_noise_of_webots_is_the_same_over_its_range() -> None:
+    """It is a share of the output: a table without an offset has none at zero."""
+    text = al.export("webots", MODELS, rate=RATE, digits=15)
+    for sensor, span in ((GYRO, 100.0), (ACCEL, 1000.0)):
+        sd = OF_SENSOR[sensor].term("white").N * math.sqrt(RATE)
+        for reading in np.linspace(-span, span, 41):
+            assert consumers.webots_deviation(text, sensor, reading) == pytest.approx(sd, rel=2e-6)
+
+
+def test_a_reading_of_isaac_sim_gets_its_noise() -> None:
+    names = consumers.python_names(al.export("isaac", MODELS, rate=RATE))
+    rng = np.random.default_rng(3)
+    readings = np.array([names["add_to"]([1.0, 2.0, 3.0], names["GYROSCOPE"], rng) for _ in range(4000)])
+    ratio = readings.var(axis=0) / names["GYROSCOPE"][0] ** 2
+    lower, upper = chi2.interval(0.9997, len(readings) - 1)
+    assert ((lower < 3999 * ratio) & (3999 * ratio < upper)).all()
+    assert readings.mean(axis=0) == pytest.approx([1.0, 2.0, 3.0], abs=1e-3)
+
+
+def test_mujoco_itself_keeps_the_noise_and_adds_none() -> None:
+    mujoco = pytest.importorskip("mujoco", reason="MuJoCo's wheel is not installed")
+    body = '<body><freejoint/><geom size="0.1"/><site name="imu"/></body>'
+    text = f"<mujoco><worldbody>{body}</worldbody>{al.export('mujoco', MODELS, rate=RATE)}</mujoco>"
+    model = mujoco.MjModel.from_xml_string(text)
+    deviations = [OF_SENSOR[s].term("white").N * math.sqrt(RATE) for s in (GYRO, ACCEL)]
+    assert model.sensor_noise == pytest.approx(deviations, rel=1e-6)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data)
+    assert not data.sensordata.any(), "in free fall, without noise"
 
 
 # -- Gauss-Markov -------------------------------------------------------------------------------------------------
@@ -197,8 +252,8 @@ def test_default_filter_of_matlab_leaves_nothing_slow() -> None:
 
 def numbers(text: str) -> list[float]:
     """All numbers of the lines that are no comment."""
-    text = re.sub(r"<!--.*?-->", "", text, flags=re.S)
-    lines = [line for line in text.splitlines() if not line.lstrip().startswith(("#", "%", "def", '"""'))]
+    text = re.sub(r'<!--.*?-->|"Comments": \[.*?^ *\]', "", text, flags=re.S | re.M)
+    lines = [line for line in text.splitlines() if not line.lstrip().startswith((*"#%;", "def", '"""'))]
     return [float(v) for v in re.findall(r"[-+]?\d\.\d+e[-+]\d\d", "\n".join(lines))]
 
 
@@ -221,6 +276,16 @@ def numbers(text: str) -> list[float]:
         ("psins", None, [0.0, 0.3, 5.38, 100.0, 0.0]),
         ("psins", "k-only", [0.0, 0.3, 5.0, 0.0]),
         ("kf_gins", None, [0.3] * 3 + [5.38] * 3 + [2.7778e-02]),
+        *[(name, "k-only", [8.7266e-05, 4.0401e-07]) for name in ("kimera", "maplab", "lio_sam")],
+        ("basalt", "k-only", [8.7266e-05] * 3 + [4.0401e-07] * 3),
+        ("rovio", "k-only", [1.6323e-13] * 3 + [7.6154e-09] * 3),
+        ("fast_lio", "k-only", [1.5231e-06, 3.2646e-11]),
+        ("airsim", "k-only", [0.3, 1.8634, 500.0]),
+        ("ros_imu", None, [1.5231e-06] * 3),
+        ("carla", None, [5e-3] + [1.2341e-03] * 3),
+        ("isaac", None, [1.2341e-03] * 3),
+        ("mujoco", None, [1.2341e-03]),
+        ("webots", None, [-100.0, 1.2354e-08, 0.0, 1.2341e-08, 100.0, 1.2329e-08]),
         ("ob_gins", None, [0.3, 5.38, 2.7778e-02]),
     ],
 )  # fmt: skip
@@ -265,15 +330,18 @@ def whole(name: str, document: Any, **options: Any) -> str:
     return text.replace(al.__version__, "VERSION")
 
 
+def golden_name(name: str) -> str:
+    file = exporters.exporter(name).FILE_NAME.partition(",")[0]
+    return f"{'' if file.startswith(name) else 'matlab_'}{file}{'.txt' * file.endswith('.py')}"
+
+
 @pytest.mark.parametrize("name", ALL)
 def test_golden_files_and_what_they_must_say(name: str) -> None:
     document = sample_study.build()
     text = whole(name, document)
     if name not in ("kalibr", "openvins"):  # these have golden files of their own
-        file = exporters.exporter(name).FILE_NAME.partition(",")[0]
-        golden = f"{'' if file.startswith(name) else 'matlab_'}{file}{'.txt' * file.endswith('.py')}"
-        assert text == (GOLDEN / golden).read_text(encoding="utf-8")
-    said = "\n".join(json.loads(text)["allanite"]["Comments"]) if name == "matlab" else text
+        assert text == (GOLDEN / golden_name(name)).read_text(encoding="utf-8")
+    said = json.dumps(json.loads(text), ensure_ascii=False) if text.startswith("{") else text
     for needed in (
         "allanite VERSION", "bench <b>7</b> & co.csv", document["provenance"]["sha256"], "100.0 Hz", "gyro_x", "gyro_z",
         "acc_y", "not inflated", "axes", "952", "95 % interval", "upper limit", "cannot decide",
@@ -287,7 +355,7 @@ def test_golden_files_and_what_they_must_say(name: str) -> None:
         found = tuple(json.loads(t)["allanite"]["Gyroscope"]["NoiseDensity"] for t in (text, doubled))
     if name not in ("px4", "ardupilot"):
         assert max(b / a for a, b in zip(*found, strict=True) if a) == pytest.approx(
-            4 if name == "gtsam" else 2
+            4 if name in SQUARES else 2
         )
 
 
@@ -295,7 +363,7 @@ def test_golden_files_and_what_they_must_say(name: str) -> None:
 def test_every_number_is_a_float_to_a_reader_of_yaml_1_1(name: str) -> None:
     assert len(consumers.floats(consumers.yaml_1_1(whole(name, sample_study.build())))) >= 4
     first = whole(name, sample_study.build()).splitlines()[0]
-    assert (first == "%YAML:1.0") == (name in ("openvins", "vins", "orb_slam3", "okvis"))
+    assert (first == "%YAML:1.0") == (name in ("openvins", "vins", "orb_slam3", "okvis", "kimera"))
 
 
 def test_a_careless_number_would_be_text_to_that_reader() -> None:
@@ -303,7 +371,9 @@ def test_a_careless_number_would_be_text_to_that_reader() -> None:
     assert found == {"a": "5e-05", "b": 5e-05, "c": "1.0e3", "d": 1000.0}
 
 
-@pytest.mark.parametrize("name", ["gtsam", "pyins", "gnss_ins_sim", "navego", "kf_gins", "matlab"])
+@pytest.mark.parametrize(
+    "name", ["gtsam", "pyins", "gnss_ins_sim", "navego", "kf_gins", "matlab", "basalt", "isaac"]
+)
 def test_each_axis_has_its_own_number(name: str) -> None:
     axes = {
         f"g{a}": NoiseModel.of(White(N=n), GaussMarkov.from_sigma(1e-5 * i, 50.0), RandomWalk(K=1e-7))
@@ -334,6 +404,13 @@ def test_each_axis_has_its_own_number(name: str) -> None:
         "gazebo_classic",
         "psins",
         "ob_gins",
+        "kimera",
+        "maplab",
+        "lio_sam",
+        "fast_lio",
+        "airsim",
+        "mujoco",
+        "webots",
     ],
 )
 def test_one_slot_for_three_axes(name: str) -> None:
@@ -341,11 +418,30 @@ def test_one_slot_for_three_axes(name: str) -> None:
         al.export(name, MODELS, rate=RATE, axes="each")
 
 
-@pytest.mark.parametrize("name", [*MARKOVS, "matlab", "gtsam", "pyins", "vins", "okvis", "orb_slam3", "px4"])
+@pytest.mark.parametrize("name", [n for n in ALL if n not in ("kalibr", "openvins")])
 def test_one_triad_alone_leaves_the_other_open(name: str) -> None:
     for one in MODELS:
         text = al.export(name, {one: MODELS[one]}, rate=RATE)
         assert "the log holds none in known units" in text
+
+
+def test_each_axis_of_a_covariance_and_of_numbered_keys() -> None:
+    noises = {"gx": 1e-4, "gy": 3e-4, "gz": 2e-4}
+    axes = {name: NoiseModel.of(White(N=n), RandomWalk(K=n / 100)) for name, n in noises.items()}
+
+    def written(name: str) -> str:
+        return al.export(name, axes, rate=RATE, axes="each", filter_rate=250.0, digits=15)
+
+    variances = np.array(list(noises.values())) ** 2
+    matrix = consumers.yaml_1_1(written("ros_imu"))["angular_velocity_covariance"]
+    assert np.reshape(matrix, (3, 3)) == pytest.approx(np.diag(250 * variances), rel=1e-12)
+    attributes = consumers.python_names(written("carla"))["ATTRIBUTES"]
+    found = [float(attributes[f"noise_gyro_stddev_{a}"]) for a in "xyz"]
+    assert found == pytest.approx(np.sqrt(250 * variances), rel=1e-12)
+    assert float(attributes["sensor_tick"]) == pytest.approx(0.004)
+    info = consumers.info(al.export("rovio", axes, rate=RATE, axes="each", walk="k-only", digits=15))
+    for state, factor in (("att", 1.0), ("gyb", 1e-4)):
+        assert [info[f"{state}_{i}"] for i in range(3)] == pytest.approx(factor * variances, rel=1e-12)
 
 
 def test_each_axis_of_gazebo_has_its_own_noise_and_the_rate_is_that_of_the_simulated_sensor() -> None:
@@ -365,7 +461,7 @@ def test_simulators_take_the_root_mean_square_and_estimators_the_worst_axis() ->
     for name in ALL:
         text = whole(name, sample_study.build())
         rms = "root mean square of the axes" in text
-        assert rms == (name in ("gazebo", "gazebo_classic", "gnss_ins_sim", "psins", "matlab"))
+        assert rms == (name in SIMULATORS)
 
 
 FLICKER = {"g": NoiseModel.of(White(N=1e-4), Flicker(B=1e-5))}
@@ -426,20 +522,22 @@ def test_f10_names_of_any_kind_stay_in_their_comment(name: str) -> None:
     document = sample_study.build()
     document["channels"][0]["name"] = document["recording"]["channels"][0]["name"] = HOSTILE
     document["provenance"]["source"] = HOSTILE
-    given = {"channel": HOSTILE} if name == "cpp" else OPTIONS.get(name, {"correlation_time": 100.0})
+    given = {"channel": HOSTILE} if name == "cpp" else OPTIONS.get(name, {})
+    given |= {"correlation_time": 100.0} if name in (*MARKOVS, "matlab") else {}
     text = al.export(name, document, **given)
     assert text.isascii() and all(c.isprintable() or c in "\n\t" for c in text)
     lines = [line for line in text.splitlines() if "evil" in line]
     assert lines
-    if name.startswith("gazebo"):
+    elements = {"gazebo": 4 + 2 * (1 + 3 * 6), "gazebo_classic": 6, "mujoco": 3}
+    if name in elements:
         root = minidom.parseString(f"<r>{text}</r>").documentElement
-        assert len(root.getElementsByTagName("*")) == (6 if name == "gazebo_classic" else 4 + 2 * (1 + 3 * 6))
-    elif name != "matlab":
-        assert all(line.startswith(("#", "%", "//")) for line in lines)
-    if name in ("gtsam", "pyins", "gnss_ins_sim"):
-        compile(text, name, "exec")
-    if name == "matlab":
+        assert len(root.getElementsByTagName("*")) == elements[name]
+    elif name in ("matlab", "basalt", "airsim"):
         json.loads(text[text.index("{") : text.rindex("}") + 1])
+    else:
+        assert all(line.startswith(("#", "%", ";", "//")) for line in lines)
+    if name in ("gtsam", "pyins", "gnss_ins_sim", "carla", "isaac"):
+        compile(text, name, "exec")
 
 
 def test_a_correlation_time_of_all_replaces_those_of_the_models() -> None:
@@ -459,8 +557,11 @@ def test_a_bound_above_the_sensor_stays_one() -> None:
         made = {"terms": terms, "estimates": [], "overbound": {**facts, "factors": {"N": 1.1, "K": 1.2}}}
         channel["models"] = [made]
     for name in WALKERS:
-        text = str(exporters.exporter(name).write(document))
+        text = str(exporters.exporter(name).write(document, axes="worst"))
         assert "INFLATED: with probability 95 %" in text and "not inflated" not in text
+    for name in WHITES:
+        with pytest.raises(InputError, match=r"terms=\('N',\)"):
+            exporters.exporter(name).write(document, axes="worst")
     write = exporters.exporter("kf_gins").write
     with pytest.raises(InputError, match="walk='k-only'"):
         write(document, correlation_time=100.0)
@@ -484,8 +585,8 @@ def test_the_command_writes_every_consumer(run: Run, study: Path, tmp_path: Path
     for name in (*ALL, "cpp", "imu_tk"):
         assert re.search(rf"^{name.replace('_', '-')} ", listed, re.M), name
     for name in ALL:
-        target = tmp_path / name
-        done = run("export", name.replace("_", "-"), study, "--correlation-time", "100s", "-o", target)
+        target, time = tmp_path / name, () if name in WHITES else ("--correlation-time", "100s")
+        done = run("export", name.replace("_", "-"), study, *time, "-o", target)
         assert done.code == 0, done.err
         assert target.exists()
     assert run("export", "kf-gins", study, "--axes", "each", "--correlation-time", "100s").code == 0
@@ -536,6 +637,31 @@ def test_gtsam_module_sets_the_parameters_that_there_are() -> None:
         names["apply"](SimpleNamespace())
     walks = np.array([2.9857e-05] * 3 + [3.7107e-06] * 3)
     assert names["bias_sigmas"](4.0) == pytest.approx(2 * walks, rel=1e-4)
+
+
+@pytest.mark.parametrize("name", ["lio_sam", "kimera"])
+def test_gtsam_itself_propagates_what_its_users_give_it(name: str) -> None:
+    """The squares of their keys are its covariances; the bias between two scans has sqrt(t) of its sigma."""
+    gtsam = pytest.importorskip("gtsam", reason="GTSAM's wheel is not installed")
+    k = consumers.yaml_1_1(al.export(name, MODELS, rate=RATE, walk="k-only", digits=15))
+    keys = ("imuGyrNoise", "imuGyrBiasN", "imuAccNoise", "imuAccBiasN")
+    if name == "kimera":
+        keys = tuple(f"{s}_{what}" for s in (GYRO, ACCEL) for what in ("noise_density", "random_walk"))
+    noise, walk, noise_a, walk_a = (k.get("lio_sam", k)[key] for key in keys)
+    params = gtsam.PreintegrationParams.MakeSharedU(9.81)
+    params.setGyroscopeCovariance(np.eye(3) * noise**2)
+    params.setAccelerometerCovariance(np.eye(3) * noise_a**2)
+    params.setIntegrationCovariance(np.zeros((3, 3)))
+    made = gtsam.PreintegratedImuMeasurements(params, gtsam.imuBias.ConstantBias())
+    for _ in range(100):
+        made.integrateMeasurement(np.zeros(3), np.zeros(3), 1 / RATE)
+    found, seconds = made.preintMeasCov(), made.deltaTij()
+    for sensor, variance, sigma in ((GYRO, found[0, 0], walk), (ACCEL, found[6, 6], walk_a)):
+        own = OF_SENSOR[sensor]
+        assert variance == pytest.approx(own.term("white").N ** 2 * seconds, rel=1e-3)
+        assert math.sqrt(seconds) * sigma == pytest.approx(
+            math.sqrt(bias_of(NoiseModel.of(own.term("random_walk")), seconds)), rel=1e-9
+        )
 
 
 def test_gtsam_itself_propagates_the_variances_of_the_model() -> None:

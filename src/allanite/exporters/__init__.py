@@ -3,7 +3,9 @@
 
 `kalibr` is the example to imitate, and `okvis` where the format has no options of its own: its `write` is made of a
 template. `allanite.exporters.imu` holds what consumers of noise share. To add a consumer: one module with `NAME`,
-`FILE_NAME`, `SUMMARY`, `TAKES` and `write`, one word in `EXPORTERS`, one golden file in ``tests/published``.
+`FILE_NAME`, `SUMMARY`, `TAKES` and `write`, one word in `EXPORTERS`, one golden file in ``tests/published``. A consumer
+of noise has `USAGE` as well, the keys and formulas by which it writes and which the documents show, and its own step in
+``tests/consumers.py``, which finds the model again in the file.
 
 An exporter reads the plain document of a study or of a calibration, never the data and never a kernel. It writes what
 the consumer's own code will make of the numbers, says in a comment what was chosen, and refuses rather than guesses.
@@ -44,6 +46,18 @@ EXPORTERS: Final = (
     "matlab",
     "px4",
     "ardupilot",
+    "kimera",
+    "basalt",
+    "maplab",
+    "rovio",
+    "lio_sam",
+    "fast_lio",
+    "ros_imu",
+    "airsim",
+    "carla",
+    "isaac",
+    "mujoco",
+    "webots",
     "imu_tk",
     "cpp",
 )
@@ -93,9 +107,11 @@ def export(
     Parameters
     ----------
     name : str
-        Of a study: "kalibr" (imu.yaml), "vins", "orb-slam3", "okvis", "gtsam", "pyins", "kf-gins", "ob-gins", "navego",
-        "psins", "gnss-ins-sim", "gazebo", "gazebo-classic", "matlab", "px4", "ardupilot"; "cpp", a C++ header: a bias
-        filter for firmware. Of a calibration: "imu-tk". Of either: "openvins" (kalibr_imu_chain.yaml).
+        Of a study: "kalibr" (imu.yaml), "vins", "orb-slam3", "okvis", "gtsam", "pyins", "kf-gins", "ob-gins",
+        "navego", "psins", "gnss-ins-sim", "gazebo", "gazebo-classic", "matlab", "px4", "ardupilot", "kimera",
+        "basalt", "maplab", "rovio", "lio-sam", "fast-lio", "ros-imu", "airsim", "carla", "isaac", "mujoco", "webots";
+        "cpp", a C++ header: a bias filter for firmware. Of a calibration: "imu-tk". Of either: "openvins"
+        (kalibr_imu_chain.yaml).
     study : Study, dict, mapping of channel name to NoiseModel, or Calibration
         A study, its document, or bare models (then `rate` is needed and their `kind` says what they are). For
         "imu-tk", and for "openvins" where there is one, a calibration, its document, or one that holds it.

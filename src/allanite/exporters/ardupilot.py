@@ -10,26 +10,31 @@ is longer.
 
 from __future__ import annotations
 
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Slot
-from allanite.exporters.imu.autopilot import autopilot_writer
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, WALK, N, Program, Slot, Usage
+from allanite.exporters.imu.autopilot import LOWER_BOUNDS, autopilot_writer
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
 
 NAME = "ardupilot"
 FILE_NAME = "ardupilot_ek3.param"
 SUMMARY = "ArduPilot EKF3: EK3_GYRO_P_NSE, EK3_ACC_P_NSE and their biases, as lower bounds in comments"
 TAKES = "study"
 TERMS = ("N", "K")
+USAGE = Usage(
+    programs=(Program("ArduPilot EKF3", "ArduPilot/ardupilot: libraries/AP_NavEKF3/AP_NavEKF3_core.cpp"),),
+    slots=(
+        Slot("EK3_GYRO_P_NSE", GYROSCOPE, N.of_a_sample, "rad/s"),
+        Slot("EK3_ACC_P_NSE", ACCELEROMETER, N.of_a_sample, "m/s^2"),
+        Slot("EK3_GBIAS_P_NSE", GYROSCOPE, WALK.of_a_sample, "rad/s^2"),
+        Slot("EK3_ABIAS_P_NSE", ACCELEROMETER, WALK.of_a_sample, "m/s^3"),
+    ),
+    trap=LOWER_BOUNDS,
+)
 
 write = autopilot_writer(
     name="ArduPilot EKF3",
     file=FILE_NAME,
-    slots=(
-        Slot("EK3_GYRO_P_NSE", GYROSCOPE, "noise", "rad/s"),
-        Slot("EK3_ACC_P_NSE", ACCELEROMETER, "noise", "m/s^2"),
-        Slot("EK3_GBIAS_P_NSE", GYROSCOPE, "walk", "rad/s^2"),
-        Slot("EK3_ABIAS_P_NSE", ACCELEROMETER, "walk", "m/s^3"),
-    ),
+    usage=USAGE,
     line="{key},{value}",
     rate=1 / 0.012,  # the lower one of 83.3 Hz and the rate of the main loop
     read=(

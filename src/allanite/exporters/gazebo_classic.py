@@ -8,18 +8,50 @@ The plug-in steps the bias as an exact first-order Gauss-Markov process: exp(-dt
 
 from __future__ import annotations
 
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovImu, gauss_markov_imu, writer
+from allanite.exporters.imu import (
+    ACCELEROMETER,
+    DRIVE,
+    GYROSCOPE,
+    SENSORS,
+    TIME,
+    Consumer,
+    MarkovImu,
+    N,
+    Program,
+    Slot,
+    Usage,
+    gauss_markov_imu,
+    writer,
+)
 from allanite.exporters.imu.axes import UNITS
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
 
 NAME = "gazebo_classic"
 FILE_NAME = "gazebo_classic_imu.xml"
 SUMMARY = "Gazebo Classic: the IMU plug-in of RotorS, UUV simulator and PX4's older SITL, continuous, SI"
 TAKES = "study"
+USAGE = Usage(
+    programs=(
+        Program(
+            "Gazebo Classic", "ethz-asl/rotors_simulator: rotors_gazebo_plugins/src/gazebo_imu_plugin.cpp"
+        ),
+    ),
+    slots=tuple(
+        slot
+        for sensor in SENSORS
+        for slot in (
+            Slot(f"{sensor}NoiseDensity", sensor, N, UNITS[sensor][0]),
+            Slot(f"{sensor}RandomWalk", sensor, DRIVE, UNITS[sensor][1]),
+            Slot(f"{sensor}BiasCorrelationTime", sensor, TIME, "s"),
+        )
+    ),
+    trap="RandomWalk drives a bias that reverts with BiasCorrelationTime: alone it is no walk over longer times",
+)
 CONSUMER = Consumer(
     name="the IMU plug-in of Gazebo Classic (RotorS, UUV simulator, PX4 SITL on Ubuntu 20.04 and earlier)",
     file=FILE_NAME,
+    usage=USAGE,
     convention=(
         "continuous-time root densities in SI units, two-sided; the plug-in makes them discrete itself",
         "RandomWalk: driving density q = sigma sqrt(2/T) of the Gauss-Markov bias, which its step keeps exactly",
@@ -35,16 +67,9 @@ def _template(imu: MarkovImu) -> list[str]:
     """The elements; they go into the plug-in's element of a model."""
     # two hyphens would end an XML comment
     lines = ["<!--", *(line.replace("--", "- -") for line in imu.comments), "-->"]
-    for sensor in (GYROSCOPE, ACCELEROMETER):
-        if sensor not in imu.noise:
-            continue
-        noise, walk = UNITS[sensor]
-        for key, value, unit in (
-            ("NoiseDensity", imu.noise[sensor][0], noise),
-            ("RandomWalk", imu.density(sensor)[0], walk),
-            ("BiasCorrelationTime", imu.time[sensor][0], "s"),
-        ):
-            lines.append(f"<{sensor}{key}>{imu.text(value)}</{sensor}{key}>  <!-- {unit} -->")
+    for sensor in imu.noise:
+        slots = [slot for slot in USAGE.slots if slot.sensor == sensor]
+        lines += imu.lines(slots, "<{key}>{value}</{key}>  <!-- {unit} -->")
         open_ = (
             f"{sensor}TurnOnBiasSigma, {_UNITS[sensor]}: spread between power-ups, not in a record of one run"
         )

@@ -7,21 +7,45 @@ it is that process after some T, and to dt/T.
 
 from __future__ import annotations
 
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovImu, gauss_markov_imu, writer
-from allanite.quantities.units import parse_unit
+from allanite.exporters.imu import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    SIGMA,
+    TIME,
+    Consumer,
+    MarkovImu,
+    N,
+    Program,
+    Slot,
+    Usage,
+    gauss_markov_imu,
+    writer,
+)
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
 
 NAME = "gnss_ins_sim"
 FILE_NAME = "gnss_ins_sim_imu.py"
 SUMMARY = "gnss-ins-sim: imu_err with angle random walk, bias stability and its correlation time, per axis"
 TAKES = "study"
+USAGE = Usage(
+    programs=(Program("gnss-ins-sim", "Aceinna/gnss-ins-sim: gnss_ins_sim/pathgen/pathgen.py"),),
+    slots=(
+        Slot("gyro_arw", GYROSCOPE, N, "deg/sqrt(h)"),
+        Slot("gyro_b_stability", GYROSCOPE, SIGMA, "deg/h"),
+        Slot("gyro_b_corr", GYROSCOPE, TIME, "s"),
+        Slot("accel_vrw", ACCELEROMETER, N, "m/s/sqrt(h)"),
+        Slot("accel_b_stability", ACCELEROMETER, SIGMA, "m/s^2"),
+        Slot("accel_b_corr", ACCELEROMETER, TIME, "s"),
+    ),
+    trap="b_stability is the standard deviation of the Gauss-Markov bias, not a floor of the Allan deviation",
+)
 CONSUMER = Consumer(
     name="gnss-ins-sim",
     file=FILE_NAME,
+    usage=USAGE,
     convention=(
         "continuous: gnss-ins-sim makes the numbers discrete itself; its bias starts at zero",
-        "b_stability: stationary standard deviation sigma of the Gauss-Markov bias, not a floor of the Allan deviation",
         "b, the constant bias, is not a matter of noise: zero here",
     ),
     per_axis=True,
@@ -29,30 +53,20 @@ CONSUMER = Consumer(
 )
 TERMS = CONSUMER.terms
 
-#: Key of the random walk, units of N, and of the bias.
-_KEYS = {
-    GYROSCOPE: ("gyro", "arw", "deg/sqrt(h)", "deg/h"),
-    ACCELEROMETER: ("accel", "vrw", "m/s/sqrt(h)", "m/s^2"),
-}
+#: The constant bias of each sensor, and its unit.
+_CONSTANT = {GYROSCOPE: ("gyro_b", "deg/h"), ACCELEROMETER: ("accel_b", "m/s^2")}
 
 
 def _template(imu: MarkovImu) -> list[str]:
     """A Python module with `imu_err`."""
     lines = [*imu.comment(), "", "import numpy as np", "", "imu_err = {"]
-    for sensor, (name, walk, of_noise, of_bias) in _KEYS.items():
-        if sensor not in imu.noise:
-            open_ = ((walk, of_noise), ("b", of_bias), ("b_stability", of_bias), ("b_corr", "s"))
-            lines += [f'    # "{name}_{key}": np.array([]),  # {u}' for key, u in open_]
-            continue
-        noise = [v / parse_unit(of_noise).factor for v in imu.noise[sensor]]
-        sigma = [v / parse_unit(of_bias).factor for v in imu.sigma[sensor]]
-        for key, values, u in (
-            ("b", [0.0], of_bias),
-            (walk, noise, of_noise),
-            ("b_stability", sigma, of_bias),
-            ("b_corr", imu.time[sensor], "s"),
-        ):
-            lines.append(f'    "{name}_{key}": np.array({imu.row(values)}),  # {u}')
+    for sensor, (key, unit) in _CONSTANT.items():
+        constant = f'    "{key}": np.array({imu.row([0.0])}),  # {unit}'
+        slots = [slot for slot in USAGE.slots if slot.sensor == sensor]
+        lines += [constant] if sensor in imu.noise else []
+        lines += imu.lines(
+            slots, '    "{key}": np.array({row}),  # {unit}', '    # "{key}": np.array([]),  # {unit}'
+        )
     return [*lines, "}"]
 
 

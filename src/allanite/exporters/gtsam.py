@@ -11,17 +11,45 @@ walk^2 I [rad^2/s^3].
 
 from __future__ import annotations
 
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, WalkImu, white_and_walk, writer
+from allanite.exporters.imu import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    WALK,
+    Consumer,
+    N,
+    Program,
+    Slot,
+    Usage,
+    WalkImu,
+    white_and_walk,
+    writer,
+)
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
 
 NAME = "gtsam"
 FILE_NAME = "gtsam_imu.py"
 SUMMARY = "GTSAM: covariances of PreintegrationCombinedParams; sigmas of a bias between two ImuFactors; SI"
 TAKES = "study"
+USAGE = Usage(
+    programs=(
+        Program(
+            "GTSAM",
+            "borglab/gtsam: gtsam/navigation/CombinedImuFactor.cpp, gtsam/navigation/ManifoldPreintegration.cpp",
+        ),
+    ),
+    slots=(
+        Slot("gyroscopeCovariance", GYROSCOPE, N.squared, "rad^2/s"),
+        Slot("biasOmegaCovariance", GYROSCOPE, WALK.squared, "rad^2/s^3"),
+        Slot("accelerometerCovariance", ACCELEROMETER, N.squared, "m^2/s^3"),
+        Slot("biasAccCovariance", ACCELEROMETER, WALK.squared, "m^2/s^5"),
+    ),
+    trap="squares of densities: neither a density itself nor the variance of a sample is what GTSAM divides by dt",
+)
 CONSUMER = Consumer(
     name="GTSAM",
     file=FILE_NAME,
+    usage=USAGE,
     convention=(
         "continuous-time covariances in SI: squares of two-sided root densities; GTSAM makes them discrete itself",
     ),
@@ -29,10 +57,6 @@ CONSUMER = Consumer(
 )
 TERMS = CONSUMER.terms
 
-_KEYS = {
-    GYROSCOPE: ("gyroscopeCovariance", "biasOmegaCovariance", "rad^2/s", "rad^2/s^3"),
-    ACCELEROMETER: ("accelerometerCovariance", "biasAccCovariance", "m^2/s^3", "m^2/s^5"),
-}
 _END = '''
 # not a number of a record at rest: integrationCovariance [m^2/s]
 
@@ -63,14 +87,8 @@ def bias_sigmas(seconds):
 
 def _template(imu: WalkImu) -> list[str]:
     """A Python module: the diagonals of the covariances, and a function that sets them."""
-    lines = [*imu.comment(), "", "COVARIANCES = {  # diagonals"]
-    for sensor, (noise, walk, of_noise, of_walk) in _KEYS.items():
-        if sensor not in imu.noise:
-            lines += [f'    # "{noise}": [],  # {of_noise}', f'    # "{walk}": [],  # {of_walk}']
-            continue
-        for key, values, unit in ((noise, imu.noise, of_noise), (walk, imu.walk, of_walk)):
-            lines.append(f'    "{key}": {imu.row([v * v for v in values[sensor]])},  # {unit}')
-    return [*lines, "}", *_END.splitlines()]
+    lines = imu.lines(USAGE.slots, '    "{key}": {row},  # {unit}', '    # "{key}": [],  # {unit}')
+    return [*imu.comment(), "", "COVARIANCES = {  # diagonals", *lines, "}", *_END.splitlines()]
 
 
 write = writer(_template, white_and_walk, CONSUMER)

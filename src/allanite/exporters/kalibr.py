@@ -16,9 +16,13 @@ from allanite.errors import InputError
 from allanite.exporters.imu import (
     ACCELEROMETER,
     GYROSCOPE,
+    WALK,
     Consumer,
+    N,
     NoiseOptions,
+    Program,
     Slot,
+    Usage,
     WalkImu,
     white_and_walk,
 )
@@ -29,6 +33,7 @@ __all__ = [
     "SUMMARY",
     "TAKES",
     "TERMS",
+    "USAGE",
     "noise_lines",
     "open_lines",
     "topic_line",
@@ -39,21 +44,30 @@ NAME = "kalibr"
 FILE_NAME = "imu.yaml"
 SUMMARY = "Kalibr, and whoever reads its imu.yaml: white noise and bias random walk, continuous, SI"
 TAKES = "study"
+USAGE = Usage(
+    programs=(
+        Program(
+            "Kalibr", "ethz-asl/kalibr: aslam_offline_calibration/kalibr/python/kalibr_common/ConfigReader.py"
+        ),
+    ),
+    slots=(
+        Slot("accelerometer_noise_density", ACCELEROMETER, N, "m/s^2/sqrt(Hz)"),
+        Slot("accelerometer_random_walk", ACCELEROMETER, WALK, "m/s^3/sqrt(Hz)"),
+        Slot("gyroscope_noise_density", GYROSCOPE, N, "rad/s/sqrt(Hz)"),
+        Slot("gyroscope_random_walk", GYROSCOPE, WALK, "rad/s^2/sqrt(Hz)"),
+    ),
+    trap="random_walk is the walk of the bias: neither an angle random walk nor a bias instability belongs there",
+)
 CONSUMER = Consumer(
     name="Kalibr",
     file=FILE_NAME,
+    usage=USAGE,
     convention=("continuous-time root densities in SI units, two-sided; Kalibr makes them discrete itself",),
 )
 TERMS = CONSUMER.terms
 
 Json = Mapping[str, Any]
 
-_SLOTS = (
-    Slot("accelerometer_noise_density", ACCELEROMETER, "noise", "m/s^2/sqrt(Hz)"),
-    Slot("accelerometer_random_walk", ACCELEROMETER, "walk", "m/s^3/sqrt(Hz)"),
-    Slot("gyroscope_noise_density", GYROSCOPE, "noise", "rad/s/sqrt(Hz)"),
-    Slot("gyroscope_random_walk", GYROSCOPE, "walk", "rad/s^2/sqrt(Hz)"),
-)
 _TOPIC = r"[/~A-Za-z][A-Za-z0-9_/]*"
 _BLANK = "# {key}:  # {unit}"
 
@@ -108,9 +122,9 @@ def topic_line(document: Json, rostopic: str | None) -> str:
 
 def noise_lines(imu: WalkImu) -> list[str]:
     """The rate and the four numbers, under the names of Kalibr."""
-    return [f"update_rate: {imu.frequency}", *imu.lines(_SLOTS, "{key}: {value}  # {unit}", _BLANK)]
+    return [f"update_rate: {imu.frequency}", *imu.lines(USAGE.slots, "{key}: {value}  # {unit}", _BLANK)]
 
 
 def open_lines() -> list[str]:
     """The same lines to fill in."""
-    return ["# update_rate:  # Hz", *(slot.left_open(_BLANK) for slot in _SLOTS)]
+    return ["# update_rate:  # Hz", *(slot.left_open(_BLANK) for slot in USAGE.slots)]

@@ -34,34 +34,58 @@ from allanite.errors import InputError
 from allanite.exporters.imu import (
     ACCELEROMETER,
     GYROSCOPE,
+    B,
     Consumer,
+    K,
     MarkovImu,
+    N,
     NoiseOptions,
+    Program,
     Remark,
+    Slot,
+    Usage,
     WalkImu,
     gauss_markov_imu,
     white_and_walk,
 )
+from allanite.exporters.imu.axes import UNITS
+from allanite.exporters.imu.json_comments import json_comments
 from allanite.exporters.imu.walks import GAUSS_MARKOV
 from allanite.noise import SIGMA_PER_B
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
 
 NAME = "matlab"
 JSON_NAME, MAT_NAME = "imu_sensor.json", "imu_sensor.mat"
 FILE_NAME = f"{JSON_NAME}, {MAT_NAME}"
 SUMMARY = "MATLAB: gyroparams and accelparams of imuSensor, as JSON for loadparams and as a MAT file"
 TAKES = "study"
+_PARTS = {GYROSCOPE: "Gyroscope", ACCELEROMETER: "Accelerometer"}
+USAGE = Usage(
+    programs=(Program("MATLAB imuSensor", "imuSensor of R2023b: setupBandwidth; loadparams of R2020a"),),
+    slots=tuple(
+        slot
+        for sensor, part in _PARTS.items()
+        for slot in (
+            Slot(f"{part}.NoiseDensity", sensor, N, UNITS[sensor][0]),
+            Slot(f"{part}.BiasInstability", sensor, B, UNITS[sensor][0].replace("/sqrt(Hz)", "")),
+            Slot(f"{part}.RandomWalk", sensor, K, UNITS[sensor][1]),
+        )
+    ),
+    trap=(
+        f"{JSON_NAME}: NoiseDensity sqrt(2) larger and RandomWalk sqrt(2) smaller, for loadparams leaves NoiseType at "
+        "its default, double-sided, where a sample has the deviation NoiseDensity sqrt(rate/2)"
+    ),
+)
 CONSUMER = Consumer(
     name="MATLAB imuSensor",
     file="imu_sensor",
+    usage=USAGE,
     convention=(
         "continuous-time root densities in SI units; imuSensor makes them discrete itself",
         f"{MAT_NAME}: NoiseType single-sided, NoiseDensity = N",
         Remark(f"{MAT_NAME}: RandomWalk = K (rate random walk)", "K", unless="walk"),
         Remark(f"{MAT_NAME}: RandomWalk = walk; BiasInstability is zero", "walk"),
-        f"{JSON_NAME}: NoiseDensity sqrt(2) larger and RandomWalk sqrt(2) smaller, for loadparams leaves NoiseType at",
-        "its default, double-sided, where a sample has the deviation NoiseDensity sqrt(rate/2)",
         Remark("BiasInstability = B", "B", unless="walk"),
         Remark("BiasInstability = sigma/1.0760", GAUSS_MARKOV, unless="walk"),
     ),
@@ -74,7 +98,6 @@ TERMS = CONSUMER.terms
 
 Json = Mapping[str, Any]
 
-_PARTS = {GYROSCOPE: "Gyroscope", ACCELEROMETER: "Accelerometer"}
 #: Factors of the JSON file, where half of the rate is the band.
 _DOUBLE_SIDED = {"NoiseDensity": math.sqrt(2), "BiasInstability": 1.0, "RandomWalk": math.sqrt(0.5)}
 _JSON_LOSES = (
@@ -135,7 +158,7 @@ def _markov(imu: MarkovImu, sensor: str) -> dict[str, Any]:
         time = imu.common_time(CONSUMER.file, [sensor])
     return {
         "NoiseDensity": _three(imu.noise[sensor]),
-        "BiasInstability": [s / SIGMA_PER_B for s in _three(imu.sigma[sensor])],
+        "BiasInstability": _three(imu.B[sensor]),
         "RandomWalk": _three(imu.K[sensor]),
         "T": time,
     }
@@ -169,11 +192,11 @@ def _json_text(part: str, rate: float, sensors: Mapping[str, Json], comments: li
     slow = [_JSON_LOSES] if any(any(v["BiasInstability"]) for v in sensors.values()) else []
     entries = [
         f"loadparams(sensor, '{JSON_NAME}', '{part}')",
-        *(c.strip() for c in comments if c.strip()),
+        *comments,
         *slow,
     ]
     lines = ["{", f" {json.dumps(part)}: {{", f'  "SampleRate": {rate:{style}},']
-    lines += ['  "Comments": [', ",\n".join(f"   {json.dumps(line)}" for line in entries), "  ]"]
+    lines += json_comments(entries, 2)
     for sensor, values in sensors.items():
         lines[-1] += ","
         rows = ",\n".join(

@@ -10,24 +10,54 @@ from __future__ import annotations
 
 from allanite.exporters.imu import (
     ACCELEROMETER,
+    DRIVE,
     GYROSCOPE,
+    SIGMA,
+    TIME,
     Consumer,
+    K,
     MarkovImu,
+    N,
+    Program,
     Remark,
+    Slot,
+    Usage,
     gauss_markov_imu,
     writer,
 )
-from allanite.quantities.units import parse_unit
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
 
 NAME = "navego"
 FILE_NAME = "navego_imu.m"
 SUMMARY = "NaveGo: arw, vrw, gb_dyn, ab_dyn, gb_corr, ab_corr, with gb_psd and ab_psd of our own, per axis"
 TAKES = "study"
+#: Before imu_si_errors, in raw units; and after it, in SI.
+_RAW = (
+    Slot("arw", GYROSCOPE, N, "deg/sqrt(h)"),
+    Slot("gb_dyn", GYROSCOPE, SIGMA, "deg/s"),
+    Slot("gb_corr", GYROSCOPE, TIME, "s"),
+    Slot("vrw", ACCELEROMETER, N, "m/s/sqrt(h)"),
+    Slot("ab_dyn", ACCELEROMETER, SIGMA, "mg"),
+    Slot("ab_corr", ACCELEROMETER, TIME, "s"),
+)
+_FITTED = (
+    Slot("gb_psd", GYROSCOPE, DRIVE, "rad/s^2/sqrt(Hz)"),
+    Slot("arrw", GYROSCOPE, K, "rad/s^2/sqrt(Hz)"),
+    Slot("ab_psd", ACCELEROMETER, DRIVE, "m/s^3/sqrt(Hz)"),
+    Slot("vrrw", ACCELEROMETER, K, "m/s^3/sqrt(Hz)"),
+)
+USAGE = Usage(
+    programs=(
+        Program("NaveGo", "rodralez/NaveGo: ins/imu_si_errors.m, ins-gnss/F_update.m, ins-gnss/ins_gnss.m"),
+    ),
+    slots=(*_RAW, *_FITTED),
+    trap="gb_psd and ab_psd come after imu_si_errors, in SI: what it makes of gb_dyn depends on the file of NaveGo",
+)
 CONSUMER = Consumer(
     name="NaveGo",
     file=FILE_NAME,
+    usage=USAGE,
     convention=(
         "continuous; raw units, then imu_si_errors, then densities in SI that this file sets itself",
         "gb_dyn, ab_dyn: stationary standard deviation of the Gauss-Markov bias; psd = sigma sqrt(2/T)",
@@ -44,33 +74,13 @@ CONSUMER = Consumer(
 )
 TERMS = CONSUMER.terms
 
-#: Letter, keys of N and K, raw units of N and sigma, SI units of K and of the driving density.
-_KEYS = {
-    GYROSCOPE: ("g", "arw", "arrw", "deg/sqrt(h)", "deg/s", "rad/s^2/sqrt(Hz)"),
-    ACCELEROMETER: ("a", "vrw", "vrrw", "m/s/sqrt(h)", "mg", "m/s^3/sqrt(Hz)"),
-}
-
 
 def _template(imu: MarkovImu) -> list[str]:
     """A script that fills the structure `imu`; `dt` is to be there."""
-    raw, fitted = [], []
-    for sensor, (letter, noise, walk, of_noise, of_bias, si) in _KEYS.items():
-        if sensor not in imu.noise:
-            raw.append(f"% imu.{noise}, imu.{letter}b_dyn, imu.{letter}b_corr: not in the study")
-            continue
-        values = [v / parse_unit(of_noise).factor for v in imu.noise[sensor]]
-        sigma = [v / parse_unit(of_bias).factor for v in imu.sigma[sensor]]
-        raw += [
-            f"imu.{noise} = {imu.row(values)};  % {of_noise}",
-            f"imu.{letter}b_dyn = {imu.row(sigma)};  % {of_bias}",
-            f"imu.{letter}b_corr = {imu.row(imu.time[sensor])};  % s",
-        ]
-        fitted += [
-            f"imu.{letter}b_psd = {imu.row(imu.density(sensor))};  % {si}",
-            f"imu.{walk} = {imu.row(imu.K[sensor])};  % {si}",
-        ]
+    line = "imu.{key} = {row};  % {unit}"
     middle = ["", "% imu = imu_si_errors(imu, dt);  % with the rest of the structure filled in; then:", ""]
-    return [*imu.comment("%"), "", *raw, *middle, *fitted]
+    raw = imu.lines(_RAW, line, "% imu.{key}: not in the study")
+    return [*imu.comment("%"), "", *raw, *middle, *imu.lines(_FITTED, line)]
 
 
 write = writer(_template, gauss_markov_imu, CONSUMER)

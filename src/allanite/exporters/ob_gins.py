@@ -6,18 +6,24 @@ As KF-GINS, with one number for three axes, and a decay of 1 - dt/T in a step.
 
 from __future__ import annotations
 
-from allanite.exporters.imu import Consumer, MarkovImu, gauss_markov_imu, writer
-from allanite.exporters.kf_gins import SLOTS
+from allanite.exporters.imu import Consumer, MarkovImu, Program, Usage, gauss_markov_imu, writer
+from allanite.exporters.kf_gins import CORRTIME, SIGMA_NOT_FLOOR, SLOTS
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
 
 NAME = "ob_gins"
 FILE_NAME = "ob_gins_imu.yaml"
 SUMMARY = "OB_GINS: imumodel with arw, vrw, gbstd, abstd and corrtime in hours"
 TAKES = "study"
+USAGE = Usage(
+    programs=(Program("OB_GINS", "i2Nav-WHU/OB_GINS: src/preintegration/preintegration_normal.cc"),),
+    slots=(*SLOTS, CORRTIME),
+    trap=SIGMA_NOT_FLOOR,
+)
 CONSUMER = Consumer(
     name="OB_GINS",
     file=FILE_NAME,
+    usage=USAGE,
     convention=(
         "continuous: OB_GINS makes the numbers discrete itself, with a decay of 1 - dt/T in a step",
         "gbstd, abstd: stationary standard deviation of the Gauss-Markov bias; its density is 2 sigma^2/corrtime",
@@ -32,7 +38,7 @@ def _template(imu: MarkovImu) -> list[str]:
     return [
         *(*imu.comment(), "", "imumodel:"),
         *imu.lines(SLOTS, "    {key}: {value}  # {unit}", "    # {key}:  # {unit}, not in the study"),
-        f"    corrtime: {imu.text(time / 3600)}  # h",
+        f"    {CORRTIME.key}: {imu.text(time / 3600)}  # h",
     ]
 
 

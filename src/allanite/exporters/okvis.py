@@ -8,17 +8,43 @@ use.
 
 from __future__ import annotations
 
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, Slot, WalkImu, white_and_walk, writer
+from allanite.exporters.imu import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    WALK,
+    Consumer,
+    N,
+    Program,
+    Slot,
+    Usage,
+    WalkImu,
+    white_and_walk,
+    writer,
+)
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
 
 NAME = "okvis"
 FILE_NAME = "okvis_imu.yaml"
 SUMMARY = "OKVIS: imu_params with sigma_g_c, sigma_a_c, sigma_gw_c, sigma_aw_c, continuous, SI"
 TAKES = "study"
+USAGE = Usage(
+    programs=(
+        Program("OKVIS", "ethz-asl/okvis: okvis_ceres/src/ImuError.cpp"),
+        Program("OKVIS2", "smartroboticslab/okvis2: okvis_ceres/src/ImuError.cpp"),
+    ),
+    slots=(
+        Slot("sigma_g_c", GYROSCOPE, N, "rad/s/sqrt(Hz)"),
+        Slot("sigma_a_c", ACCELEROMETER, N, "m/s^2/sqrt(Hz)"),
+        Slot("sigma_gw_c", GYROSCOPE, WALK, "rad/s^2/sqrt(Hz)"),
+        Slot("sigma_aw_c", ACCELEROMETER, WALK, "m/s^3/sqrt(Hz)"),
+    ),
+    trap="sigma_gw_c and sigma_aw_c are walks; sigma_bg and sigma_ba, spreads at power-up, are no bias instability",
+)
 CONSUMER = Consumer(
     name="OKVIS",
     file=FILE_NAME,
+    usage=USAGE,
     convention=(
         "continuous-time root densities in SI units, two-sided; OKVIS makes them discrete itself",
         "OKVIS2 has the same keys in a section that it calls imu_parameters, with `use: true`",
@@ -26,12 +52,6 @@ CONSUMER = Consumer(
 )
 TERMS = CONSUMER.terms
 
-_SLOTS = (
-    Slot("sigma_g_c", GYROSCOPE, "noise", "rad/s/sqrt(Hz)"),
-    Slot("sigma_a_c", ACCELEROMETER, "noise", "m/s^2/sqrt(Hz)"),
-    Slot("sigma_gw_c", GYROSCOPE, "walk", "rad/s^2/sqrt(Hz)"),
-    Slot("sigma_aw_c", ACCELEROMETER, "walk", "m/s^3/sqrt(Hz)"),
-)
 _OPEN = (
     "# sigma_bg:  # rad/s, spread of the bias between power-ups: not in a record of one run",
     "# sigma_ba:  # m/s^2, likewise",
@@ -45,7 +65,7 @@ def _template(imu: WalkImu) -> list[str]:
     """imu_params, a part of the configuration file."""
     return [
         *("%YAML:1.0", "", *imu.comment(), "", "imu_params:"),
-        *imu.lines(_SLOTS, "    {key}: {value}  # {unit}", "    # {key}:  # {unit}"),
+        *imu.lines(USAGE.slots, "    {key}: {value}  # {unit}", "    # {key}:  # {unit}"),
         f"    imu_rate: {imu.frequency}",
         *(f"    {line}" for line in _OPEN),
     ]

@@ -30,7 +30,8 @@ from numpy.typing import NDArray
 
 from allanite import __version__
 from allanite.errors import InputError
-from allanite.exporters.imu import Consumer, NoiseOptions, white_and_walk
+from allanite.exporters import kalibr
+from allanite.exporters.imu import Consumer, NoiseOptions, Program, Usage, WalkImu, white_and_walk
 from allanite.exporters.kalibr import noise_lines, open_lines, topic_line
 from allanite.exporters.triads import (
     lower_and_rotation,
@@ -43,15 +44,21 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.attitude import rotation_vector
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "Intrinsics", "intrinsics_of", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "USAGE", "Intrinsics", "intrinsics_of", "write"]
 
 NAME = "openvins"
 FILE_NAME = "kalibr_imu_chain.yaml"
 SUMMARY = "OpenVINS, with the names of Kalibr: Tw, Ta and rotations of a calibration, noise of a study"
 TAKES = "either"
-CONSUMER = Consumer(  # the four numbers are those of an imu.yaml of Kalibr
+USAGE = Usage(  # the four numbers are those of an imu.yaml of Kalibr
+    programs=(Program("OpenVINS", "rpng/open_vins: ov_msckf/src/state/Propagator.cpp"),),
+    slots=kalibr.USAGE.slots,
+    trap="the names of Kalibr, under imu0 and beside its matrices: an imu.yaml of Kalibr alone is not read",
+)
+CONSUMER = Consumer(
     name="OpenVINS",
     file=FILE_NAME,
+    usage=USAGE,
     convention=(
         "continuous-time root densities in SI units, two-sided; OpenVINS makes them discrete itself",
     ),
@@ -159,12 +166,15 @@ def write(
     comments, lines = [_WITHOUT_MODEL], [topic, *open_lines()]
     if model is not None:
         imu = white_and_walk(model, CONSUMER, **options)
-        comments, lines = ["#", *imu.comment()], [topic, *noise_lines(imu)]
+        comments, lines = _without_title(imu), [topic, *noise_lines(imu)]
     elif options:
         raise InputError(f"{next(iter(options))} is about the noise: give model=, the study of the sensor")
     if intrinsics not in _CONVENTIONS:
         raise InputError(f"intrinsics must be {' or '.join(_CONVENTIONS)}, not {intrinsics!r}")
-    head, tail = _uncalibrated(intrinsics) if calibration is None else _calibrated(calibration, intrinsics)
+    what = "IMU intrinsics" if model is None else "IMU intrinsics and noise"
+    head, tail = (
+        _uncalibrated(intrinsics) if calibration is None else _calibrated(calibration, intrinsics, what)
+    )
     return (
         "\n".join(
             [
@@ -185,11 +195,17 @@ def write(
     )
 
 
-def _calibrated(calibration: Calibration, intrinsics: str) -> tuple[list[str], list[str]]:
+def _without_title(imu: WalkImu) -> list[str]:
+    """The comment on the noise; the title of the file stands above it."""
+    _, source, *rest = imu.comments
+    return ["#", f"# noise {source}", *(f"# {line}".rstrip() for line in rest)]
+
+
+def _calibrated(calibration: Calibration, intrinsics: str, what: str) -> tuple[list[str], list[str]]:
     """Comments, and the matrices."""
     made = intrinsics_of(calibration, intrinsics)
     spread = _spread(calibration, intrinsics)
-    return _head(calibration, made, intrinsics), [
+    return _head(calibration, made, intrinsics, what), [
         *_block("Tw", made.gyro, f"w = Tw R_IMUtoGYRO rate + b_w{_known(calibration, GYRO, spread[0])}"),
         *_block("R_IMUtoGYRO", made.imu_to_gyro, _turned(made.imu_to_gyro)),
         *_block("Ta", made.accelerometer,
@@ -226,9 +242,9 @@ def _refuse_counts(calibration: Calibration) -> None:
             )
 
 
-def _head(calibration: Calibration, made: Intrinsics, convention: str) -> list[str]:
+def _head(calibration: Calibration, made: Intrinsics, convention: str, what: str) -> list[str]:
     lines = [
-        f"IMU intrinsics for OpenVINS, written by allanite {__version__}",
+        f"{what} for OpenVINS, written by allanite {__version__}",
         *notes_of(calibration, gravity_sensitivity=True),
         f"model {convention}: {_CONVENTIONS[convention]}",
         f"this IMU is turned from the body of the calibration by the rotation vector {_vector(made.body_to_imu)} rad",

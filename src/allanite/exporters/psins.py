@@ -7,26 +7,47 @@ walk, in (deg/h)/sqrt(h) and ug/sqrt(h).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from allanite.exporters.imu import (
     ACCELEROMETER,
+    DRIVE,
     GYROSCOPE,
+    SIGMA,
+    TIME,
     Consumer,
     MarkovImu,
+    N,
+    Program,
     Remark,
+    Slot,
+    Usage,
     gauss_markov_imu,
     writer,
 )
-from allanite.quantities.units import parse_unit
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
 
 NAME = "psins"
 FILE_NAME = "psins_imuerr.m"
 SUMMARY = "PSINS: imuerrset with web, wdb and either a Gauss-Markov bias or a random walk (TauG = inf)"
 TAKES = "study"
+USAGE = Usage(
+    programs=(Program("PSINS", "PSINS toolbox: imuerrset.m, imuadderr.m"),),
+    slots=(
+        Slot("web", GYROSCOPE, N, "deg/sqrt(h)"),
+        Slot("sqrtR0G", GYROSCOPE, SIGMA, "deg/h"),
+        Slot("TauG", GYROSCOPE, TIME, "s"),
+        Slot("wdb", ACCELEROMETER, N, "ug/sqrt(Hz)"),
+        Slot("sqrtR0A", ACCELEROMETER, SIGMA, "ug"),
+        Slot("TauA", ACCELEROMETER, TIME, "s"),
+    ),
+    trap="sqrtR0 is a standard deviation where Tau is finite, and a walk per sqrt(h) where it is infinite",
+)
 CONSUMER = Consumer(
     name="PSINS",
     file=FILE_NAME,
+    usage=USAGE,
     convention=(
         "continuous: PSINS makes the numbers discrete itself",
         Remark("sqrtR0: stationary standard deviation of the bias, Tau its time", "N", unless="walk"),
@@ -38,30 +59,26 @@ CONSUMER = Consumer(
 )
 TERMS = CONSUMER.terms
 
-#: Names in the call, and units of N, of the bias and of its walk.
-_KEYS = {
-    GYROSCOPE: ("eb", "web", "sqrtR0G", "TauG", "deg/sqrt(h)", "deg/h", "deg/h/sqrt(h)"),
-    ACCELEROMETER: ("db", "wdb", "sqrtR0A", "TauA", "ug/sqrt(Hz)", "ug", "ug/sqrt(h)"),
-}
+#: The constant bias of each sensor, its unit, and that of the walk of the bias.
+_CONSTANT = {GYROSCOPE: ("eb", "deg/h", "deg/h/sqrt(h)"), ACCELEROMETER: ("db", "ug", "ug/sqrt(h)")}
 
 
 def _template(imu: MarkovImu) -> list[str]:
     """A script with one call."""
     lines = [*imu.comment("%"), ""]
-    for sensor, (constant, white, bias, time, of_noise, of_bias, of_walk) in _KEYS.items():
-        lines.append(f"{constant} = {imu.text(0.0)};  % {of_bias}")
-        if sensor not in imu.noise:
-            lines += [f"{name} = [];  % not in the study: fill in" for name in (white, bias, time)]
+    for sensor, (constant, unit, of_walk) in _CONSTANT.items():
+        slots = [slot for slot in USAGE.slots if slot.sensor == sensor]
+        lines.append(f"{constant} = {imu.text(0.0)};  % {unit}")
+        if sensor in imu.noise and imu.walks:
+            white, bias, time = slots
+            slots = [white, replace(bias, formula=DRIVE, unit=of_walk)]
+            lines += [*imu.lines(slots, _LINE), f"{time.key} = inf;  % s"]
             continue
-        unit = of_walk if imu.walks else of_bias
-        value = imu.density(sensor)[0] if imu.walks else imu.sigma[sensor][0]
-        lines += [
-            f"{white} = {imu.text(imu.noise[sensor][0] / parse_unit(of_noise).factor)};  % {of_noise}",
-            f"{bias} = {imu.text(value / parse_unit(unit).factor)};  % {unit}",
-            f"{time} = {'inf' if imu.walks else imu.text(imu.time[sensor][0])};  % s",
-        ]
+        lines += imu.lines(slots, _LINE, "{key} = [];  % not in the study: fill in")
     lines.append("imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);")
     return lines
 
+
+_LINE = "{key} = {value};  % {unit}"
 
 write = writer(_template, gauss_markov_imu, CONSUMER)

@@ -8,18 +8,40 @@ walk.
 
 from __future__ import annotations
 
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, WalkImu, white_and_walk, writer
+from allanite.exporters.imu import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    WALK,
+    Consumer,
+    N,
+    Program,
+    Slot,
+    Usage,
+    WalkImu,
+    white_and_walk,
+    writer,
+)
 from allanite.exporters.imu.axes import UNITS
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
 
 NAME = "pyins"
 FILE_NAME = "pyins_imu.py"
 SUMMARY = "pyins: noise and bias_walk of EstimationModel, continuous, SI"
 TAKES = "study"
+USAGE = Usage(
+    programs=(Program("pyins", "nmayorov/pyins: pyins/inertial_sensor.py"),),
+    slots=tuple(
+        Slot(key, sensor, formula, UNITS[sensor][i])
+        for sensor in (GYROSCOPE, ACCELEROMETER)
+        for i, (key, formula) in enumerate({"noise": N, "bias_walk": WALK}.items())
+    ),
+    trap="bias_walk without a bias_sd above zero has no state to walk in",
+)
 CONSUMER = Consumer(
     name="pyins",
     file=FILE_NAME,
+    usage=USAGE,
     convention=(
         "continuous-time root densities in SI units, two-sided; pyins makes them discrete itself",
         "bias_sd, the spread between power-ups, is not in a record of one run: it is yours to give, above zero",
@@ -37,16 +59,15 @@ def _template(imu: WalkImu) -> list[str]:
     for sensor, name in _NAMES.items():
         if sensor not in imu.noise:
             continue
-        noise, walk = UNITS[sensor]
+        slots = [slot for slot in USAGE.slots if slot.sensor == sensor]
         lines += [
             "",
             "",
             f"def {name}(bias_sd):",
-            f'    """EstimationModel(**{name}(bias_sd)); bias_sd in {noise.replace("/sqrt(Hz)", "")}."""',
+            f'    """EstimationModel(**{name}(bias_sd)); bias_sd in {slots[0].unit.replace("/sqrt(Hz)", "")}."""',
             "    return {",
             '        "bias_sd": bias_sd,',
-            f'        "noise": {_numbers(imu, imu.noise[sensor])},  # {noise}',
-            f'        "bias_walk": {_numbers(imu, imu.walk[sensor])},  # {walk}',
+            *(f'        "{s.key}": {_numbers(imu, imu.values(s))},  # {s.unit}' for s in slots),
             "    }",
         ]
     return lines

@@ -123,8 +123,8 @@ def _list_consumers(context: click.Context, _: click.Parameter, wanted: bool) ->
 @click.option(
     "--filter-rate",
     type=float,
-    help="Update rate of the filter or simulator in Hz.  [cpp, vins, px4, ardupilot, gazebo; default: its own, or the "
-    "log's]",
+    help="Update rate of the filter or simulator in Hz.  [cpp, px4, ardupilot, formats with numbers of one sample; "
+    "default: its own, or the log's]",
 )
 @click.option(
     "--scalar", type=click.Choice(["float", "double"]), help="Floating-point type of the filter.  [cpp]"

@@ -15,14 +15,19 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol, Unpack
 
 from allanite.errors import InputError
-from allanite.exporters.imu.numbers import Slot
 from allanite.exporters.imu.options import NoiseOptions
 from allanite.exporters.imu.preamble import Consumer
+from allanite.exporters.imu.usage import Usage
 from allanite.exporters.imu.white_and_walk import white_and_walk
 
-__all__ = ["AutopilotWrite", "autopilot_writer"]
+__all__ = ["LOWER_BOUNDS", "AutopilotWrite", "autopilot_writer"]
 
 Json = Mapping[str, Any]
+
+LOWER_BOUNDS = (
+    "LOWER BOUNDS, the noise of the sensor at rest without the vibration of an airframe. The lines are comments: take "
+    "one in only where it raises the value that is set"
+)
 
 
 class AutopilotWrite(Protocol):
@@ -34,13 +39,13 @@ class AutopilotWrite(Protocol):
 
 
 def autopilot_writer(
-    *, name: str, file: str, slots: Sequence[Slot], line: str, rate: float, read: Sequence[str]
+    *, name: str, file: str, usage: Usage, line: str, rate: float, read: Sequence[str]
 ) -> AutopilotWrite:
     """A function that writes the parameters of an autopilot.
 
     Parameters
     ----------
-    slots : sequence of Slot
+    usage : Usage
         The parameters, of noise and walk.
     line : str
         Pattern of a parameter, with {key} and {value}.
@@ -71,10 +76,9 @@ def autopilot_writer(
             raise InputError(
                 f"filter_rate must be a positive number of predictions per second, not {filter_rate!r}"
             )
-        consumer = Consumer(name=name, file=file, convention=_convention(filter_rate, read))
+        consumer = Consumer(name=name, file=file, usage=usage, convention=_convention(filter_rate, read))
         imu = white_and_walk(document, consumer, **options)
-        root = math.sqrt(filter_rate)
-        parameters = imu.scaled(noise=root, walk=root).lines(slots, f"# {line}")
+        parameters = imu.lines(usage.slots, f"# {line}", rate=filter_rate)
         return "\n".join([*imu.comment(), "", *parameters]) + "\n"
 
     return write
@@ -85,6 +89,4 @@ def _convention(rate: float, read: Sequence[str]) -> tuple[str, ...]:
         f"DISCRETE at the period of the filter, dt = {1000 / rate:.6g} ms",
         "noise = N/sqrt(dt), bias noise = walk/sqrt(dt)",
         *read,
-        "LOWER BOUNDS: noise of the sensor at rest, without the vibration of an airframe. The lines are comments:",
-        "take one in only where it raises the value that is set",
     )

@@ -25,6 +25,7 @@ __all__ = [
     "axes_rule",
     "channels_of",
     "combined",
+    "left_out",
     "parameter",
     "refuse_nothing",
     "without_slot",
@@ -236,6 +237,14 @@ def parameter(channel: str, model: Json, symbol: str, file: str) -> Number:
             "among the terms, or record longer"
         )
     return Number(symbol, estimate["upper"], f"< {estimate['upper']:.4e} (95 % upper limit, used)")
+
+
+def left_out(channel: str, model: Json, symbol: str, file: str) -> Number:
+    """A parameter that a file has no place for, with its value, its limit, or neither."""
+    try:
+        return parameter(channel, model, symbol, file).left_out()
+    except InputError:  # nothing is known of what is left out anyway
+        return Number(symbol, math.nan, "unknown", is_out=True)
 
 
 def _text(value: float | None) -> str:

@@ -21,6 +21,7 @@ from allanite.exporters.imu.axes import (
     HeaderNote,
     Number,
     combined,
+    left_out,
     parameter,
     without_slot,
 )
@@ -66,10 +67,18 @@ class MarkovImu(ImuNumbers):
     K: Mapping[str, tuple[float, ...]]
     walks: bool
 
-    def density(self, sensor: str) -> tuple[float, ...]:
+    @property
+    def density(self) -> Mapping[str, tuple[float, ...]]:
         """Driving root density of the bias, sigma sqrt(2/T)."""
-        pairs = zip(self.sigma[sensor], self.time[sensor], strict=True)
-        return tuple(s * math.sqrt(2 / t) for s, t in pairs)
+        return {
+            sensor: tuple(s * math.sqrt(2 / t) for s, t in zip(sigma, self.time[sensor], strict=True))
+            for sensor, sigma in self.sigma.items()
+        }
+
+    @property
+    def B(self) -> Mapping[str, tuple[float, ...]]:
+        """Of the flicker with the same peak of the Allan deviation."""
+        return {sensor: tuple(s / SIGMA_PER_B for s in sigma) for sensor, sigma in self.sigma.items()}
 
     def common_time(self, file: str, sensors: Sequence[str] = SENSORS) -> float:
         """The one correlation time [s] of a file that has room for one.
@@ -145,7 +154,7 @@ def _markov(channel: Json, consumer: Consumer, time: float | None) -> _MarkovAxi
     used = time if time is not None else fitted
     sigmas, walks, notes = [], [], []
     for model, noise, term in zip(models, noises, terms, strict=True):
-        k = _walk_of(name, model, file, consumer.holds_K)
+        k = (parameter if consumer.holds_K else left_out)(name, model, "K", file)
         sigma, bias = _bias_of(name, model, term, used, consumer)
         sigmas.append(sigma)
         walks.append(0.0 if k.is_out else k.value)
@@ -208,16 +217,6 @@ def _span(model: Json, symbol: str, style: str) -> str:
     factor = SIGMA_PER_B if estimate["symbol"] == "B_equiv" else 1.0
     upper = "?" if estimate["upper"] is None else format(factor * estimate["upper"], style)
     return f" [{factor * estimate['lower']:{style}}, {upper}]"
-
-
-def _walk_of(name: str, model: Json, file: str, holds: bool) -> Number:
-    """K where the file has a slot for it; else what is left out."""
-    if holds:
-        return parameter(name, model, "K", file)
-    try:
-        return parameter(name, model, "K", file).left_out()
-    except InputError:  # nothing is known of what is left out anyway
-        return Number("K", math.nan, "unknown", is_out=True)
 
 
 def _walk_as_markov(channel: Json, choice: WalkChoice, consumer: Consumer) -> _MarkovAxis:

@@ -1,46 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The numbers of a file in SI, those of each triad, and the lines in which a format holds them.
 
-A format is a tuple of `Slot`: which number of which sensor stands under which key, in which unit. `ImuNumbers.lines`
-renders them by two patterns, one for a number and one for a slot that the study leaves open: a comment to fill in.
+A format is a tuple of `Slot`. `ImuNumbers.lines` renders them by two patterns, one for a number and one for a slot that
+the study leaves open: a comment to fill in.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
 
 from allanite.exporters.imu.preamble import rate_text
+from allanite.exporters.imu.slots import Slot
 from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.units import parse_unit
 
-__all__ = ["ImuNumbers", "Slot"]
-
-
-@dataclass(frozen=True, slots=True)
-class Slot:
-    """A place of a file for a number of one triad.
-
-    Attributes
-    ----------
-    key : str
-        As the format calls it.
-    sensor : str
-        `GYROSCOPE` or `ACCELEROMETER`.
-    of : str
-        Which number: the name of an attribute of the numbers.
-    unit : str
-        That the file has it in, written as `allanite.quantities.units.parse_unit` reads it.
-    """
-
-    key: str
-    sensor: str
-    of: Literal["noise", "walk", "sigma"]
-    unit: str
-
-    def left_open(self, blank: str) -> str:
-        """A comment to fill in, by a pattern with {key} and {unit}."""
-        return blank.format(key=self.key, unit=self.unit)
+__all__ = ["ImuNumbers"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,8 +56,23 @@ class ImuNumbers:
         """The rate as a file of YAML has it."""
         return rate_text(self.rate)
 
-    def lines(self, slots: Sequence[Slot], line: str, blank: str = "") -> list[str]:
-        """A line for each slot.
+    def values(self, slot: Slot, rate: float | None = None) -> tuple[float, ...]:
+        """The numbers of a slot as the file has them: one, three, or none where the study leaves it open.
+
+        Parameters
+        ----------
+        rate : float, optional [Hz]
+            Of the samples; that of the record by default.
+        """
+        by_sensor: Mapping[str, tuple[float, ...]] = getattr(self, slot.formula.of)
+        factor = 1.0 if slot.formula.power == 2 else parse_unit(slot.unit).factor
+        rate = self.rate if rate is None else rate
+        return tuple(slot.formula(v, rate) / factor for v in by_sensor.get(slot.sensor, ()))
+
+    def lines(
+        self, slots: Sequence[Slot], line: str, blank: str = "", *, rate: float | None = None
+    ) -> list[str]:
+        """A line for each key of each slot.
 
         Parameters
         ----------
@@ -91,14 +80,17 @@ class ImuNumbers:
             Pattern with {key}, {unit}, and {value}, one number, or {row}, those of three axes.
         blank : str
             Pattern of a slot that the study leaves open, with {key} and {unit}; an empty one leaves the line out.
+        rate : float, optional [Hz]
+            Of the samples; that of the record by default.
         """
         lines = []
         for slot in slots:
-            by_sensor: Mapping[str, tuple[float, ...]] = getattr(self, slot.of)
-            if slot.sensor in by_sensor:
-                values = [v / parse_unit(slot.unit).factor for v in by_sensor[slot.sensor]]
-                value, row = self.text(values[0]), self.row(values)
-                lines.append(line.format(key=slot.key, value=value, row=row, unit=slot.unit))
-            elif blank:
-                lines.append(slot.left_open(blank))
+            values = self.values(slot, rate)
+            if not values:
+                lines += [slot.left_open(blank)] if blank else []
+                continue
+            row = self.row(values)
+            for i, key in enumerate(slot.keys):
+                value = self.text(values[i if len(values) == 3 else 0])
+                lines.append(line.format(key=key, value=value, row=row, unit=slot.unit))
         return lines

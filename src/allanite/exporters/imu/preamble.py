@@ -10,6 +10,7 @@ from allanite import __version__
 from allanite.errors import InputError
 from allanite.exporters.bounds import bound_comments, refuse_terms
 from allanite.exporters.imu.axes import UNITS, AxisNumbers
+from allanite.exporters.imu.usage import Usage
 from allanite.exporters.imu.walks import GAUSS_MARKOV, Words
 from allanite.exporters.renewed import renewed_lines
 from allanite.exporters.triads import plain_line
@@ -46,6 +47,8 @@ class Consumer:
     ----------
     name, file : str
         Of the program, and of what it reads.
+    usage : Usage
+        Which number goes where, and what goes wrong.
     convention : tuple of str or Remark
         Comment lines: continuous or discrete and at what rate, and where that was read.
     per_axis : bool
@@ -64,6 +67,7 @@ class Consumer:
 
     name: str
     file: str
+    usage: Usage
     convention: tuple[str | Remark, ...]
     per_axis: bool = False
     simulator: bool = False
@@ -107,6 +111,7 @@ def preamble(
         f"from {plain_line(source)}{digest}{span} {rate_text(recording['rate'])} Hz",
         *renewed_lines(document["channels"]),
         *_that_hold(consumer.convention, held),
+        *consumer.usage.cautions,
         *bias(held),
         f"{axes}; {inflated}",
         *_that_hold(_LEGEND, held),

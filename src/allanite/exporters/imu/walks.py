@@ -26,7 +26,16 @@ from allanite.exporters.imu.axes import AxisNumbers, HeaderNote, Number, paramet
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov
 
-__all__ = ["GAUSS_MARKOV", "WalkChoice", "Walking", "Words", "refuse_time", "walk_choice", "walking"]
+__all__ = [
+    "GAUSS_MARKOV",
+    "WalkChoice",
+    "Walking",
+    "Words",
+    "bias_left_out",
+    "refuse_time",
+    "walk_choice",
+    "walking",
+]
 
 Json = Mapping[str, Any]
 #: Name of the channel, its model, its N -> the walk, and its parts.
@@ -137,11 +146,15 @@ def _number(text: str) -> float:
 
 def _k_only(name: str, model: Json, noise: float, file: str) -> tuple[float, list[Number]]:
     k = parameter(name, model, "K", file)
+    return k.value, [k, *bias_left_out(name, model, noise, file)]
+
+
+def bias_left_out(name: str, model: Json, noise: float, file: str) -> list[Number]:
+    """The bias instability of a model in a file that has no place for it."""
     try:
-        lost = [number.left_out() for number in _bias(name, model, noise, None, file).numbers]
+        return [number.left_out() for number in _bias(name, model, noise, None, file).numbers]
     except InputError:  # nothing is known of what is left out anyway
-        lost = [Number("B", math.nan, "unknown", is_out=True)]
-    return k.value, [k, *lost]
+        return [Number("B", math.nan, "unknown", is_out=True)]
 
 
 def _upper_bound(

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any, Unpack
 
 from allanite.exporters.imu.numbers import ImuNumbers
@@ -29,14 +28,6 @@ class WalkImu(ImuNumbers):
     """
 
     walk: Mapping[str, tuple[float, ...]]
-
-    def scaled(self, *, noise: float, walk: float) -> WalkImu:
-        """The same with factors on all numbers: what a consumer that is discrete needs."""
-        return replace(
-            self,
-            noise={sensor: tuple(v * noise for v in values) for sensor, values in self.noise.items()},
-            walk={sensor: tuple(v * walk for v in values) for sensor, values in self.walk.items()},
-        )
 
 
 def white_and_walk(document: Json, consumer: Consumer, **options: Unpack[NoiseOptions]) -> WalkImu:

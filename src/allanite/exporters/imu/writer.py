@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, Protocol, TypeVar, Unpack
 
+from allanite.errors import InputError
 from allanite.exporters.imu.numbers import ImuNumbers
 from allanite.exporters.imu.options import NoiseOptions
-from allanite.exporters.imu.preamble import Consumer
+from allanite.exporters.imu.preamble import Consumer, rate_text
 
-__all__ = ["Write", "writer"]
+__all__ = ["SampleWrite", "Write", "sample_writer", "stream_rate", "writer"]
 
 Json = Mapping[str, Any]
 Numbers = TypeVar("Numbers", bound=ImuNumbers)
@@ -25,8 +28,18 @@ class Write(Protocol):
         ...
 
 
+class SampleWrite(Protocol):
+    """`write` of a format whose numbers are those of one sample."""
+
+    def __call__(
+        self, document: Json, *, filter_rate: float | None = None, **options: Unpack[NoiseOptions]
+    ) -> str:
+        """The text of the file."""
+        ...
+
+
 class ModelReader(Protocol[Read]):
-    """`white_and_walk` or `gauss_markov_imu`."""
+    """`white_and_walk`, `gauss_markov_imu` or `white_imu`."""
 
     def __call__(self, document: Json, consumer: Consumer, **options: Unpack[NoiseOptions]) -> Read:
         """The numbers of a study."""
@@ -55,3 +68,47 @@ def writer(template: Callable[[Numbers], list[str]], read: ModelReader[Numbers],
         return "\n".join(template(read(document, consumer, **options))) + "\n"
 
     return write
+
+
+def sample_writer(
+    template: Callable[[Numbers, float], list[str]], read: ModelReader[Numbers], consumer: Consumer
+) -> SampleWrite:
+    """The same for a file whose numbers are those of one sample: the template takes their rate as well."""
+
+    def write(document: Json, *, filter_rate: float | None = None, **options: Unpack[NoiseOptions]) -> str:
+        """The text of the file for a study.
+
+        Parameters
+        ----------
+        document : dict
+            A study document.
+        filter_rate : float, optional [Hz]
+            Rate of the samples that the program gets or makes; that of the study by default.
+        **options
+            `NoiseOptions`.
+
+        Raises
+        ------
+        InputError
+            A rate that is not a positive number, or what the reader of the numbers refuses.
+        """
+        rate = stream_rate(document, filter_rate)
+        discrete = f"DISCRETE: numbers of one sample at {rate_text(rate)} Hz; for another rate export again"
+        at_rate = replace(consumer, convention=(discrete, *consumer.convention))
+        return "\n".join(template(read(document, at_rate, **options), rate)) + "\n"
+
+    return write
+
+
+def stream_rate(document: Json, filter_rate: float | None) -> float:
+    """The rate of samples that is asked for, or that of the study [Hz].
+
+    Raises
+    ------
+    InputError
+        Not a positive number.
+    """
+    rate = document["recording"]["rate"] if filter_rate is None else filter_rate
+    if not (math.isfinite(rate) and rate > 0):
+        raise InputError(f"filter_rate must be a positive number of samples per second, not {rate!r}")
+    return float(rate)

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""White noise alone, of three gyroscopes and three accelerometers: what simulators without a moving bias know, and the
+covariance of a sample. The random walk and the bias instability are left out, and the file says so."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Unpack
+
+from allanite.errors import InputError
+from allanite.exporters.imu.axes import AxisNumbers, HeaderNote, left_out, parameter, without_slot
+from allanite.exporters.imu.numbers import ImuNumbers
+from allanite.exporters.imu.options import NoiseOptions, asked_of
+from allanite.exporters.imu.preamble import Consumer
+from allanite.exporters.imu.walks import bias_left_out
+from allanite.lazy_dataclasses import dataclass
+
+__all__ = ["WhiteImu", "white_imu"]
+
+Json = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WhiteImu(ImuNumbers):
+    """The numbers of a file, combined and inflated as was asked."""
+
+
+def white_imu(document: Json, consumer: Consumer, **options: Unpack[NoiseOptions]) -> WhiteImu:
+    """What a file says of a study.
+
+    Raises
+    ------
+    InputError
+        What `asked_of` refuses, a walk that was asked for, a parameter without value and limit, or noise of zero.
+    """
+    for name in ("walk", "correlation_time"):
+        if options.get(name) is not None:
+            raise InputError(
+                f"{consumer.file} holds white noise alone: {name} has nothing to set in it, leave it out"
+            )
+    asked = asked_of(document, consumer, **options)
+    read = asked.read(lambda channel: _axis(channel, consumer))
+    return WhiteImu(
+        rate=document["recording"]["rate"],
+        comments=asked.head(document, consumer, lambda _: [], read),
+        noise=asked.numbers(read, lambda axis: axis.noise),
+        style=asked.style,
+    )
+
+
+def _axis(channel: Json, consumer: Consumer) -> AxisNumbers:
+    name, file = channel["name"], consumer.file
+    noises, notes = [], []
+    for model in channel["models"]:
+        noise = parameter(name, model, "N", file)
+        lost = (left_out(name, model, "K", file), *bias_left_out(name, model, noise.value, file))
+        noises.append(noise.value)
+        notes.append(HeaderNote((noise, *lost, *without_slot(model, channel["kind"]))))
+    if min(noises) <= 0:
+        raise InputError(f"channel {name!r}: {consumer.name} needs noise above zero, and N is zero here")
+    return AxisNumbers(name=name, noise=max(noises), notes=tuple(notes))
