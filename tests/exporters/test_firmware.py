@@ -29,6 +29,7 @@ from allanite.noise import (
     StateSpace,
     White,
 )
+from shell import Run
 
 ROOT = Path(__file__).resolve().parents[2]
 #: The head and the constants of a model; between them stand headers of the kernels, behind them `bias_filter.hpp`.
@@ -391,6 +392,20 @@ def test_three_axes_live_in_one_program(tmp_path: Path) -> None:
         ["g++", *strict, *plain, "all.cpp"], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(not shutil.which("g++"), reason="needs g++")
+def test_headers_compile_from_the_folder_that_the_command_names(tmp_path: Path, run: Run) -> None:
+    """Each by itself, with nothing else on the include path."""
+    folder = Path(run("include-path").out.strip())
+    headers = sorted((folder / "allanite").glob("*.hpp"))
+    assert len(headers) == len(list((ROOT / "kernels" / "include" / "allanite").glob("*.hpp")))
+    for name in ("kalman.hpp", "online_allan.hpp"):
+        source = tmp_path / "main.cpp"
+        source.write_text(f"#include <allanite/{name}>\nint main() {{}}\n", encoding="utf-8")
+        command = ["g++", "-std=c++17", "-Wall", "-Werror", "-fsyntax-only", f"-I{folder}", source]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.skipif(

@@ -40,7 +40,7 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, StateSpace
 from allanite.quantities.display_units import si_unit
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "include_path", "write"]
 
 NAME = "cpp"
 FILE_NAME = "model.hpp"
@@ -418,16 +418,28 @@ def _constants(made: _Filter, scalar: str, namespace: str, rate: float, unit: st
     ]
 
 
+def include_path() -> Path:
+    """The folder with the headers of the kernels, for the include path of a compiler: allanite/kalman.hpp is below it.
+
+    The header of `write` needs none of them.
+
+    Raises
+    ------
+    StorageError
+        The installed package lacks it.
+    """
+    for place in allanite.__path__:
+        if (folder := Path(place) / "include" / "allanite").is_dir():
+            return folder.parent
+    raise StorageError(
+        f"the folder include/allanite is missing from the installed package ({allanite.__path__[0]}): install allanite "
+        "again"
+    )
+
+
 def _arithmetic(*names: str) -> list[str]:
     """The lines of headers of the kernels, and before each those of what it includes, each header once."""
-    folder = next(
-        (place for p in allanite.__path__ if (place := Path(p) / "include" / "allanite").is_dir()), None
-    )
-    if folder is None:
-        raise StorageError(
-            f"the folder include/allanite is missing from the installed package ({allanite.__path__[0]}): install "
-            "allanite again"
-        )
+    folder = include_path() / "allanite"
     lines: list[str] = []
     written: set[str] = set()
 

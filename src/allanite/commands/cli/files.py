@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From one file to another: simulate, convert, export, report."""
+"""From one file to another: simulate, convert, export, report; where the C++ headers are."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from allanite.commands.cli.options import (
 )
 from allanite.commands.cli.program import LOSS, command
 
-__all__ = ["convert", "export", "report", "simulate"]
+__all__ = ["convert", "export", "include_path", "report", "simulate"]
 
 
 @command("allanite simulate study.json --duration 7d --seed 1 -o twin.parquet")
@@ -165,6 +165,18 @@ def export(consumer: str, file: str, output: str | None, force: bool, **options:
     target = None if output in (None, "-") else output
     text = export_of(consumer, place_of(file), target, force=force, **options)
     click.echo(text if target is None else target, nl=target is not None)
+
+
+@command("allanite include-path")
+def include_path() -> None:
+    """Print the folder of the C++ headers, for a compiler's -I.
+
+    For a program that includes <allanite/online_allan.hpp> or another kernel of this package. The header of `export
+    cpp` needs none of them.
+    """
+    from allanite.exporters import cpp
+
+    click.echo(cpp.include_path())
 
 
 @command("allanite report result/earth-rate.json -o report.html")

@@ -30,7 +30,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     "Earth rate and north": ("plan", "earth-rate", "north", "align"),
     "Calibrate": ("calibrate", "rate-table"),
     "Record": ("record", "monitor", "recover", "compact"),
-    "Exchange": ("convert", "export", "report", "demo"),
+    "Exchange": ("convert", "export", "include-path", "report", "demo"),
 }
 
 #: Options that many commands share, by what they are about; those of a command alone come first.
