@@ -32,7 +32,8 @@ from allanite.noise.allan.degrees import chi_square_factors
 from allanite.noise.allan.statistics import STATISTICS, longest_lag
 from allanite.noise.allan.theo import SHORTEST
 from allanite.plain_files.counted import plural
-from allanite.recording.records import OVERLOAD, Recording, checked_rate, checked_samples
+from allanite.recording.checked_samples import checked_rate, checked_samples
+from allanite.recording.records import OVERLOAD, Recording
 
 __all__ = ["Deviations", "adev", "hdev", "mdev", "oadev", "ohdev", "tdev", "theo1", "totdev"]
 

@@ -33,7 +33,8 @@ from allanite.plain_files.counted import plural
 from allanite.plain_files.limits import refuse_more
 from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.channel_names import for_shell
-from allanite.recording.records import Channel, Sampling, checked_rate
+from allanite.recording.checked_samples import checked_rate
+from allanite.recording.records import Channel, Sampling
 
 __all__ = ["STATED", "ForeignCurve", "read_curve"]
 
@@ -176,12 +177,11 @@ def read_curve(
     DataQualityError
         No averaging times, or values that are no deviations.
     """
-    place = Path(path)
-    table = read_table(place, **options)
-    columns, name = _columns(table, place.name), place.name
+    name, table = Path(path).name, read_table(path, **options)
+    columns = _columns(table, name)
     roles, remarks = _roles(columns, channels, name), []
     tau = roles.get("tau")
-    quantity, squared, chosen, notes = _quantity(roles["value"], statistic, place, channels)
+    quantity, squared, chosen, notes = _quantity(roles["value"], statistic, name, channels)
     remarks += notes
     grid = _grid(tau, roles.get("lag"), name)
     shape, notes = _shape(
@@ -349,7 +349,7 @@ def _called(column: _Column, word: str) -> bool:
 
 
 def _quantity(
-    values: list[_Column], statistic: str | None, place: Path, channels: Sequence[str] | None
+    values: list[_Column], statistic: str | None, name: str, channels: Sequence[str] | None
 ) -> tuple[str, bool, list[_Column], list[str]]:
     """Statistic ("allan" where overlapping or not is open), whether squared, the columns of it, and remarks."""
     if statistic is not None:
@@ -361,14 +361,14 @@ def _quantity(
         fitting = [c for c in fitting if _is_squared(c.plain) in (squared, None)] or fitting
         return name, squared, *_without(values, fitting or values)
     best = min(values, key=lambda c: (_rank(c), c.number))
-    file, remarks = _plain(place.name), []
+    file, remarks = _plain(name), []
     name = _stated(best) or next((kind for kind, p in _KIND_OF_VALUE if p.search(file)), "")
     squared_by = _is_squared(best.plain)
     if squared_by is None:
         squared_by = _is_squared(file)
         if squared_by is None:
             raise InputError(
-                f"{place.name}: it is undetermined whether {best.shown!r} contains deviations or variances: use "
+                f"{name}: it is undetermined whether {best.shown!r} contains deviations or variances: use "
                 "--statistic oadev (overlapping Allan deviation) or oavar (its square); statistic= in Python"
             )
         remarks = [f"{'variances' if squared_by else 'deviations'}, from the file name"]

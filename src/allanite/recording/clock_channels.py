@@ -21,7 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.units import QuantityKind, parse_unit
-from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, checked_samples
+from allanite.recording.checked_samples import checked_samples
+from allanite.recording.records import ArrayColumn, Channel, Kind, Recording
 from allanite.recording.sample_columns import Column
 
 __all__ = [

@@ -12,14 +12,16 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 from enum import StrEnum
+from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.units import QuantityKind, parse_scale_factor, parse_unit
+from allanite.recording.checked_samples import checked_rate, checked_samples
 from allanite.recording.sample_columns import (
     ArrayColumn,
     Column,
@@ -40,9 +42,7 @@ __all__ = [
     "Recording",
     "Sampling",
     "Spliced",
-    "checked_rate",
     "checked_recording",
-    "checked_samples",
     "merge_spans",
     "scaled_samples",
 ]
@@ -51,9 +51,6 @@ Sampling = Literal["mean", "point"]
 
 #: Samples per block when a recording is streamed (2 MiB of float64: stays in the second-level cache).
 BLOCK = 1 << 18
-#: Rates that a recording may have [Hz]: from one sample in 30 years to a hundred times the fastest converters. Beyond
-#: them a rate is a slip, and its powers leave the range of numbers.
-RATES = (1e-9, 1e12)
 #: SCPI writes infinity as +-9.9E37 and "not a number" as 9.91E37; some meters write 1E38. No sensor does.
 OVERLOAD = 9.9e37
 
@@ -347,6 +344,81 @@ class Recording:
         return cls._from_array(samples, rate, unit, names, "mean", None, None, start, True)
 
     @classmethod
+    def from_samples(
+        cls,
+        data: object,
+        *,
+        time: str | ArrayLike | None = None,
+        time_unit: str | None = None,
+        unit: str | Mapping[str, str] | None = None,
+        rate: float | None = None,
+        names: str | Sequence[str] | None = None,
+        channels: Sequence[str] | None = None,
+        sampling: Sampling = "mean",
+        scale_factor: str | Mapping[str, str] | None = None,
+        start: float | None = None,
+        stop: float | None = None,
+        kind: str | None = None,
+        carrier: float | None = None,
+    ) -> Recording:
+        """A recording of samples with their time stamps, as a file of them would be read.
+
+        Gaps and jitter of the stamps are found, missing samples keep their place, and the findings are those of a file.
+
+        Parameters
+        ----------
+        data : array_like, mapping, or table
+            Array of shape (n_samples,) or (n_samples, n_channels), also masked or structured; mapping of names to
+            columns; DataFrame or Series of pandas or polars; Dataset or DataArray of xarray; table of Arrow, or
+            anything else with `__arrow_c_stream__`. Columns of text are left out.
+        time : str or array_like of shape (n_samples,), optional
+            Name of the column of time, with its unit where it has none ("t:ms"), as for `allanite.read`; or the stamps
+            themselves: seconds, moments (datetime64, datetime, a DatetimeIndex) or durations (timedelta64). By default
+            a column or an index that is time is found, as in a file.
+        time_unit : {"s", "ms", "us", "ns"}, optional
+            Unit of stamps that are numbers; floats are seconds if it is absent, and whole numbers need it.
+        unit : str or mapping, optional
+            Unit of the samples where names, attributes or metadata do not hold it; one for all, or by channel or group.
+        rate : float, optional [Hz]
+            Samples per second where there is no time. It sets time stamps aside if there are any.
+        names : str or sequence of str, optional
+            Names of the columns of an array.
+        channels, sampling, scale_factor, start, stop, kind, carrier
+            As for `allanite.read`.
+
+        Raises
+        ------
+        InputError
+            Something is missing or does not fit: no rate, a wrong unit, stamps of another length.
+        DataQualityError
+            No samples, or time stamps from which no even grid can be built.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> t = np.delete(np.arange(1000) / 100.0, slice(200, 250))
+        >>> Recording.from_samples({"gyro_x": np.sin(t)}, time=t, unit="deg/s")
+        <Recording gyro_x: 1000 samples at 100 Hz, 10 s>
+        """
+        # The way from columns to a grid belongs to the room of files, which knows this one.
+        recording: Recording = import_module("allanite.files.samples").recording_of(
+            data,
+            time=time,
+            time_unit=time_unit,
+            names=[names] if isinstance(names, str) else names,
+            unit=unit,
+            rate=rate,
+            channels=channels,
+            sampling=sampling,
+            scale_factor=scale_factor,
+            start=start,
+            stop=stop,
+            kind=kind,
+            carrier=carrier,
+        )
+        return recording
+
+    @classmethod
     def _from_array(
         cls,
         samples: ArrayLike,
@@ -536,25 +608,6 @@ def _without_overload(block: Samples) -> Samples:
     return block
 
 
-def checked_rate(rate: object) -> float:
-    """A sample rate as float [Hz].
-
-    Raises
-    ------
-    InputError
-        Not a number, not finite, or not positive; or outside of `RATES`, as that of no sensor.
-    """
-    if isinstance(rate, (bool, str, bytes)) or not isinstance(rate, (int, float, np.integer, np.floating)):
-        raise InputError(f"rate must be a number of samples per second, not {rate!r}")
-    if not (math.isfinite(rate) and rate > 0):
-        raise InputError(f"rate must be finite and positive [Hz], not {rate!r}")
-    if not RATES[0] <= rate <= RATES[1]:
-        raise InputError(
-            f"rate must lie between {RATES[0]:g} and {RATES[1]:g} Hz, not {rate!r}: give it in samples per second"
-        )
-    return float(rate)
-
-
 def checked_recording(recording: object, who: str, needed: str = "a Recording") -> Recording:
     """A recording, as the function `who` needs it.
 
@@ -574,36 +627,3 @@ _MADE_BY = "al.Recording.from_rate(y, rate=100.0, unit='deg/s') makes a recordin
 def _said(thing: object) -> str:
     kind = type(thing)
     return repr(thing) if isinstance(thing, (str, int, float)) else f"{kind.__module__}.{kind.__qualname__}"
-
-
-def checked_samples(samples: ArrayLike) -> NDArray[Any]:
-    """Samples as a real array of shape (n_samples, n_channels); memory maps and integers stay as they are.
-
-    Raises
-    ------
-    InputError
-        Boolean, complex, object or text samples; no or more than two axes; more channels than samples.
-    """
-    if isinstance(samples, np.ma.MaskedArray):
-        samples = np.ma.filled(samples.astype(np.float64), np.nan)
-    array = samples if isinstance(samples, np.ndarray) else _from_sequence(samples)
-    if array.dtype.kind not in "iuf":
-        raise InputError(f"samples must be real numbers; got dtype {array.dtype} with shape {array.shape}")
-    if array.ndim not in (1, 2):
-        raise InputError(
-            f"samples must have shape (n_samples,) or (n_samples, n_channels); got {array.shape}"
-        )
-    array = array[:, None] if array.ndim == 1 else array
-    if array.shape[1] == 0 or array.shape[1] > max(array.shape[0], 1):
-        raise InputError(
-            f"samples of shape {array.shape}: time runs along the first axis, so this is {array.shape[1]} channels of "
-            f"{array.shape[0]} samples; transpose it if this is unintended"
-        )
-    return array
-
-
-def _from_sequence(samples: ArrayLike) -> NDArray[Any]:
-    try:
-        return np.asarray(samples)
-    except (ValueError, OverflowError, TypeError) as error:
-        raise InputError(f"samples cannot be read as an array of numbers: {error}") from None

@@ -237,6 +237,16 @@ def read_table(
 
 def _paths(path: object) -> list[Path]:
     several = [path] if isinstance(path, (str, os.PathLike)) else path
+    if hasattr(path, "read"):
+        raise InputError(
+            f"read needs the path of a file, not a {type(path).__name__}: save its bytes first, "
+            "Path('log.csv').write_bytes(stream.read())"
+        )
+    if isinstance(path, Mapping) or hasattr(path, "__array__") or hasattr(path, "__arrow_c_stream__"):
+        raise InputError(
+            f"read needs the path of a file, not a {type(path).__name__}; for samples in memory use "
+            "al.Recording.from_samples(samples, time='t', unit='deg/s')"
+        )
     if not isinstance(several, Iterable) or isinstance(several, bytes):
         raise InputError(
             f"read needs the path of a file, al.read('gyro.csv'), or several of them, not {path!r}"
@@ -246,7 +256,7 @@ def _paths(path: object) -> list[Path]:
         if not isinstance(one, (str, os.PathLike)):
             raise InputError(
                 f"read needs paths of files, not a {type(one).__name__}; for samples in memory use "
-                "al.Recording.from_rate(y, rate=100.0, unit='deg/s')"
+                "al.Recording.from_samples(samples, rate=100.0, unit='deg/s')"
             )
         paths.append(Path(one))
     if not paths:

@@ -21,7 +21,8 @@ from allanite.files.readers.headings import is_unit, may_be_time, read_heading, 
 from allanite.files.readers.table import Options, Table
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.channel_names import for_shell
-from allanite.recording.records import ArrayColumn, checked_samples
+from allanite.recording.checked_samples import checked_samples
+from allanite.recording.records import ArrayColumn
 
 __all__ = [
     "Shape",
@@ -135,7 +136,11 @@ def _may_be_samples(name: str, shape: Shape) -> bool:
 
 
 def chosen_table(
-    arrays: dict[str, NDArray[Any]], options: Options, path: Path, file_format: str, more: Sequence[str] = ()
+    arrays: dict[str, NDArray[Any]],
+    options: Options,
+    path: Path | str,
+    file_format: str,
+    more: Sequence[str] = (),
 ) -> Table:
     """The table that the options choose among arrays in memory: a structure, an array, a record of one, or the longest.
 
@@ -147,9 +152,9 @@ def chosen_table(
     variable, index = picked(options.variable)
     arrays, variable = _of_structure(arrays, variable)
     if index is not None and variable is not None:
-        arrays = one_record(arrays, variable, index, path.name)
+        arrays = one_record(arrays, variable, index, _name_of(path))
     shapes = {k: (a.dtype, a.shape) for k, a in arrays.items()}
-    wanted = samples_among(shapes, variable, path.name, options.time)
+    wanted = samples_among(shapes, variable, _name_of(path), options.time)
     small = {k: a for k, a in arrays.items() if k not in wanted and a.size <= _SMALL}
     return table_of(
         _plain_names({k: arrays[k] for k in wanted}),
@@ -229,7 +234,7 @@ def _listed(shapes: Mapping[str, Shape]) -> str:
 def table_of(
     arrays: Mapping[str, NDArray[Any]],
     small: Mapping[str, NDArray[Any]],
-    path: Path,
+    path: Path | str,
     file_format: str,
     guesses: tuple[str, ...] = (),
 ) -> Table:
@@ -241,6 +246,8 @@ def table_of(
         Or one-dimensional structured arrays. The name of a single unnamed array is "".
     small : mapping of name to ndarray
         Everything else in the file that is small: rate, labels, units.
+    path : Path or str
+        The file, or what arrays in memory are called in messages.
 
     Raises
     ------
@@ -253,13 +260,15 @@ def table_of(
         f"the rows of {k or 'the array'} are taken as channels: they are few and long" for k in sideways
     )
     width = sum(_numbers_in(a.dtype) * math.prod(a.shape[1:]) for a in arrays.values())
-    refuse_more(width, COLUMNS, "columns", path.name, "Save only the needed ones, or transpose the array")
+    refuse_more(
+        width, COLUMNS, "columns", _name_of(path), "Save only the needed ones, or transpose the array"
+    )
     labels = _words(small, _LABEL_NAMES)
     headings: list[str] = []
     columns: list[ArrayColumn] = []
     time_units: dict[int, str] = {}
     for name, array in arrays.items():
-        for heading, column in _split(name, array, labels, len(arrays) == 1, path.name):
+        for heading, column in _split(name, array, labels, len(arrays) == 1, _name_of(path)):
             if column.dtype.kind == "M":
                 time_units[len(columns)] = "iso8601"
                 column = column.astype("datetime64[ns]").view(np.int64)
@@ -282,9 +291,17 @@ def table_of(
         time_units=time_units,
         rate=rate,
         rate_from=rate_from,
-        source={"size_bytes": path.stat().st_size, "variables": [k for k in arrays if k]},
+        source={**_facts_of(path), "variables": [k for k in arrays if k]},
         guesses=guesses,
     )
+
+
+def _name_of(path: Path | str) -> str:
+    return path.name if isinstance(path, Path) else path
+
+
+def _facts_of(path: Path | str) -> dict[str, Any]:
+    return {"size_bytes": path.stat().st_size} if isinstance(path, Path) else {}
 
 
 def _split(

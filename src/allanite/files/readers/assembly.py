@@ -28,9 +28,10 @@ from allanite.files.readers.timebase import Stamps, Timebase, even_grid, fit_gri
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.quantities.units import QuantityKind
+from allanite.recording.checked_samples import checked_rate
 from allanite.recording.health.catalogue import CATALOGUE
 from allanite.recording.position_rows import MOST, are_positions
-from allanite.recording.records import Column, Recording, Spliced, checked_rate
+from allanite.recording.records import Column, Recording, Spliced
 
 __all__ = ["assemble", "time_of"]
 

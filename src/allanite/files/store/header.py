@@ -12,7 +12,8 @@ from allanite import __version__
 from allanite.errors import FormatError, InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import COLUMNS, refuse_more
-from allanite.recording.records import Channel, checked_rate
+from allanite.recording.checked_samples import checked_rate
+from allanite.recording.records import Channel
 
 __all__ = ["TAKEN", "Header"]
 

@@ -29,7 +29,8 @@ from allanite.filtering.simulation.signal import PerChannel, Signal, SimulatedEf
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, Ramp, Sinusoid
 from allanite.noise.markov import MarkovForm, MarkovState
-from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling, checked_rate
+from allanite.recording.checked_samples import checked_rate
+from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling
 
 __all__ = [
     "MOTION_STREAM",

@@ -31,7 +31,8 @@ from allanite.noise import NoiseModel
 from allanite.quantities.attitude import axes_matrix
 from allanite.quantities.earth import earth_rate_vector, normal_gravity
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration, TriadErrors
-from allanite.recording.records import ArrayColumn, Channel, Recording, Sampling, checked_rate
+from allanite.recording.checked_samples import checked_rate
+from allanite.recording.records import ArrayColumn, Channel, Recording, Sampling
 
 __all__ = ["simulate_unit", "true_attitudes"]
 
