@@ -349,7 +349,7 @@ def _called(column: _Column, word: str) -> bool:
 
 
 def _quantity(
-    values: list[_Column], statistic: str | None, name: str, channels: Sequence[str] | None
+    values: list[_Column], statistic: str | None, file: str, channels: Sequence[str] | None
 ) -> tuple[str, bool, list[_Column], list[str]]:
     """Statistic ("allan" where overlapping or not is open), whether squared, the columns of it, and remarks."""
     if statistic is not None:
@@ -361,14 +361,14 @@ def _quantity(
         fitting = [c for c in fitting if _is_squared(c.plain) in (squared, None)] or fitting
         return name, squared, *_without(values, fitting or values)
     best = min(values, key=lambda c: (_rank(c), c.number))
-    file, remarks = _plain(name), []
-    name = _stated(best) or next((kind for kind, p in _KIND_OF_VALUE if p.search(file)), "")
+    title, remarks = _plain(file), []
+    name = _stated(best) or next((kind for kind, p in _KIND_OF_VALUE if p.search(title)), "")
     squared_by = _is_squared(best.plain)
     if squared_by is None:
-        squared_by = _is_squared(file)
+        squared_by = _is_squared(title)
         if squared_by is None:
             raise InputError(
-                f"{name}: it is undetermined whether {best.shown!r} contains deviations or variances: use "
+                f"{file}: it is undetermined whether {best.shown!r} contains deviations or variances: use "
                 "--statistic oadev (overlapping Allan deviation) or oavar (its square); statistic= in Python"
             )
         remarks = [f"{'variances' if squared_by else 'deviations'}, from the file name"]
