@@ -125,6 +125,12 @@ def test_an_installed_wheel_exports_a_filter_that_compiles_in_an_empty_folder(tm
     (work / "main.cpp").write_text(_MAIN, encoding="utf-8")
     run("g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", "main.cpp", "-o", "main")
     run(work / "main")
+    headers = Path(run(python, "-m", "allanite", "include-path").strip())
+    assert headers.is_relative_to(site)
+    (work / "online.cpp").write_text(
+        "#include <allanite/online_allan.hpp>\nint main() {}\n", encoding="utf-8"
+    )
+    run("g++", "-std=c++17", "-Werror", f"-I{headers}", "online.cpp", "-o", "online")
 
 
 def relative_links(text: str) -> list[str]:

@@ -333,7 +333,8 @@ def exports_reference() -> str:
     lines = [
         "# Exports",
         "",
-        "The consumers of `allanite export --list`, made by `make docs`; [how to choose](../howto/export.md).",
+        "The consumers of `allanite export --list`, made by `make docs`; [how to choose](../howto/export.md);",
+        "[which number goes where](which-number-goes-where.md).",
         "Options are those of `al.export` (`--filter-rate` of the command is `filter_rate`). *Noise* stands for",
         f"{', '.join(f'`{o}`' for o in shared)}.",
         "",

@@ -143,6 +143,28 @@ def test_white_noise_comes_back_and_no_bias(name: str, sensor: str) -> None:
             al.export(name, MODELS, rate=RATE, **option)
 
 
+def test_variances_that_robot_localization_raises_are_marked() -> None:
+    """Below 1e-9 the filter weighs a good gyro too little: N sqrt(f) = 3.2e-5 rad/s is the limit."""
+    for n, marked in ((2.3e-6, False), (2.2e-6, True)):
+        text = al.export("ros_imu", {"g": NoiseModel.of(White(N=n))}, rate=RATE)
+        assert ("rad^2/s^2; robot_localization takes 1e-09" in text) == marked == (n**2 * RATE < 1e-9)
+
+
+def test_defaults_that_comments_state_in_other_units_are_right() -> None:
+    """Of FAST-LIO2 at 200 Hz, of PX4 at 10 ms, and of AirSim (0.1 and 1e-4; 0.015 and 1e-3; 4.6 deg/h over 500 s)."""
+    arw, rrw = 60 / DEG, 3600 * 60 / DEG
+    for name, n, k in (
+        ("fast_lio", math.sqrt(0.1 / 200), math.sqrt(1e-4 / 200)),
+        ("px4", 0.015 * math.sqrt(0.01), 1e-3 * math.sqrt(0.01)),
+    ):
+        text = al.export(name, MODELS, rate=RATE)
+        stated = re.search(r"defaults.* N = (\S+) deg/sqrt\(h\) and K = (\S+) deg/h/sqrt\(h\)", text)
+        assert stated is not None
+        assert [float(v) for v in stated.groups()] == pytest.approx([n * arw, k * rrw], rel=0.01)
+    stated = re.search(r"the default, by (\d+) deg/h in an hour", al.export("airsim", MODELS, rate=RATE))
+    assert stated is not None and float(stated[1]) == pytest.approx(4.6 / math.sqrt(500) * 60, rel=0.03)
+
+
 def test_noise_of_webots_is_the_same_over_its_range() -> None:
     """It is a share of the output: a table without an offset has none at zero."""
     text = al.export("webots", MODELS, rate=RATE, digits=15)

@@ -50,6 +50,10 @@ CONSUMER = Consumer(
 TERMS = CONSUMER.terms
 
 
+#: robot_localization takes no less for the variance of a measurement, rad^2/s^2 or m^2/s^4.
+_LEAST = 1e-9
+
+
 def _template(imu: WhiteImu, rate: float) -> list[str]:
     """Two matrices of the message."""
     lines = []
@@ -59,7 +63,8 @@ def _template(imu: WhiteImu, rate: float) -> list[str]:
             lines.append(f"# {slot.key}: [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]  # not measured")
             continue
         x, y, z = (imu.text(v) for v in values * (3 if len(values) == 1 else 1))
-        lines.append(f"{slot.key}: [{x}, 0.0, 0.0, 0.0, {y}, 0.0, 0.0, 0.0, {z}]  # {slot.unit}")
+        raised = f"; robot_localization takes {_LEAST:.0e}" if min(values) < _LEAST else ""
+        lines.append(f"{slot.key}: [{x}, 0.0, 0.0, 0.0, {y}, 0.0, 0.0, 0.0, {z}]  # {slot.unit}{raised}")
     return [*imu.comment(), "", *lines]
 
 
