@@ -9,16 +9,14 @@ What the page of a result says, its view says.
 
 from __future__ import annotations
 
-import functools
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.json_values import load_plain
-from allanite.plain_files.printable import printable
 from allanite.quantities.result import Result
 from allanite.study.result_document import ResultDocument
 from allanite.study.study import Study
@@ -26,11 +24,6 @@ from allanite.views.blocks import Page, figures_of
 from allanite.views.figures import screen
 from allanite.views.registry import VIEWS, document_of
 from allanite.views.result_page import view_of
-
-if TYPE_CHECKING:
-    from jinja2 import Environment
-    from jinja2.runtime import Context
-    from markupsafe import Markup
 
 __all__ = ["html_of", "page_of", "render", "render_file"]
 
@@ -156,8 +149,10 @@ def _document(result: Any) -> Mapping[str, Any]:
 def _filled(template: str, content: Mapping[str, Any]) -> str:
     from markupsafe import Markup
 
+    from allanite.views.report.templates import templates
+
     return (
-        _templates()
+        templates()
         .get_template(template)
         .render(
             **content,
@@ -166,35 +161,3 @@ def _filled(template: str, content: Mapping[str, Any]) -> str:
             chart=Markup(screen.script()),  # noqa: S704 - as above
         )
     )
-
-
-@functools.cache
-def _templates() -> Environment:
-    """Our templates, each compiled once in a process."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined, pass_context
-
-    from allanite.views.pieces import finding_rows
-
-    environment = Environment(
-        loader=FileSystemLoader(_HERE),
-        autoescape=True,
-        finalize=_shown,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["power"] = pass_context(_linked)
-    environment.globals["finding_rows"] = finding_rows
-    return environment
-
-
-def _linked(context: Context, text: str) -> Markup:
-    """Text with its powers, and with links to the files beside the report."""
-    from allanite.views.report.powers import with_links, with_powers
-
-    return with_links(with_powers(text), context.get("beside", ()))
-
-
-def _shown(value: Any) -> Any:
-    """Text out of a record, which may hold what turns a line around; markup is ours."""
-    return printable(value, lines=True) if type(value) is str else value
