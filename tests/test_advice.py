@@ -17,7 +17,7 @@ import pytest
 import allanite
 from allanite.commands.cli.in_options import in_options
 from allanite.recording.cleaning import REPAIRS
-from allanite.recording.health import CATALOGUE
+from allanite.recording.health.catalogue import CATALOGUE
 from copied_advice import CHOICES, COMMANDS, OPTIONS
 from shell import Run
 

@@ -282,37 +282,64 @@ def test_public_types_load_only_the_standard_library_and_numpy() -> None:
     assert loaded - set(sys.stdlib_module_names) <= {"allanite", "numpy"}
 
 
-#: What `info` and `characterize --json` have no use for: a second of imports.
+#: What short commands have no use for: a second of imports.
 IDLE = (
     "pandas",
     "matplotlib",
-    "scipy.stats",
-    "jinja2",
+    "scipy",
     "ruamel",
     "starlette",
-    "allanite.views.report",
+    "allanite.commands.cli.fleet",
+    "allanite.commands.cli.recording",
 )
+#: What makes the parts of a study, and its documents are read without.
+MAKERS = (
+    "allanite.files.readers",
+    "allanite.fitting.advice",
+    "allanite.fitting.design",
+    "allanite.fitting.instrument_floor",
+    "allanite.fitting.moments",
+    "allanite.fitting.spectral.estimation",
+    "allanite.fitting.spectral.ordinates",
+    "allanite.recording.cleaning",
+    "allanite.recording.health.examination",
+    "allanite.recording.health.survey",
+    "allanite.study.channel",
+    "allanite.study.characterization",
+    "concurrent.futures",
+    "numpy.random",
+)
+#: What shows a result in a terminal or a report.
+SHOWN = ("rich", "jinja2", "allanite.views.blocks", "allanite.views.figures", "allanite.views.report")
+FITS = ("allanite.fitting", "allanite.experiments", "allanite.study.study", "allanite.study.characterization")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A log, and its study."""
+    place = tmp_path_factory.mktemp("short")
+    rows = np.column_stack([np.arange(4000) / 100, np.random.default_rng(1).normal(0, 1e-3, 4000)])
+    np.savetxt(place / "log.csv", rows, "%.9g", ",", header="time [s],gyro [rad/s]", comments="")
+    line = ["characterize", "log.csv", "--out", "done"]
+    subprocess.run([sys.executable, "-m", "allanite", *line], check=True, capture_output=True, cwd=place)
+    return place
 
 
 @pytest.mark.parametrize(
     ("line", "idle"),
     [
-        ("--help", (*IDLE, "numpy", "scipy", "pyarrow", "rich")),
+        ("--help", ("numpy", "scipy", "pandas", "pyarrow", "rich", "jinja2", "matplotlib")),
+        ("info log.csv", (*IDLE, *FITS, "jinja2", "allanite.views.report", "allanite.noise")),
+        ("info log.csv --json", (*IDLE, *FITS, *SHOWN, "allanite.noise")),
+        ("characterize log.csv --json", (*IDLE, *SHOWN, "allanite.views.study", "allanite.experiments")),
+        ("characterize log.csv --out study", ("pandas", "matplotlib", "scipy", "allanite.experiments")),
         (
-            "info log.csv",
-            (*IDLE, "scipy", "allanite.fitting", "allanite.experiments", "allanite.study.study"),
+            "report done/study.json -o report.html",
+            (*IDLE, *MAKERS, "pyarrow", "rich", "allanite.experiments"),
         ),
-        ("info log.csv --json", (*IDLE, "scipy", "rich", "allanite.fitting", "allanite.study.study")),
-        (
-            "characterize log.csv --json",
-            (*IDLE, "rich", "scipy", "allanite.views.study", "allanite.experiments"),
-        ),
-        ("characterize log.csv --out study", ("pandas", "matplotlib", "scipy")),
     ],
 )
-def test_a_command_loads_only_what_it_needs(tmp_path: Path, line: str, idle: tuple[str, ...]) -> None:
-    rows = np.column_stack([np.arange(4000) / 100, np.random.default_rng(1).normal(0, 1e-3, 4000)])
-    np.savetxt(tmp_path / "log.csv", rows, "%.9g", ",", header="time [s],gyro [rad/s]", comments="")
+def test_a_command_loads_only_what_it_needs(folder: Path, line: str, idle: tuple[str, ...]) -> None:
     code = (
         "import sys; from allanite.__main__ import main\n"
         f"sys.argv = ['allanite', *{line.split()!r}]\n"
@@ -320,7 +347,7 @@ def test_a_command_loads_only_what_it_needs(tmp_path: Path, line: str, idle: tup
         f"finally: print(*(name for name in {idle!r} if name in sys.modules), file=sys.stderr)"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code], check=False, timeout=120, capture_output=True, text=True, cwd=tmp_path
+        [sys.executable, "-c", code], check=False, timeout=120, capture_output=True, text=True, cwd=folder
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr.splitlines()[-1].split() == []

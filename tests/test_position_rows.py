@@ -11,7 +11,7 @@ import pytest
 from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
-from allanite.recording.health import check
+from allanite.recording.health.examination import check
 from allanite.recording.health.rows import rows_of_means
 from allanite.recording.position_rows import are_positions
 from allanite.recording.records import Recording

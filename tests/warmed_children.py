@@ -27,7 +27,8 @@ CHILD = "allanite.commands.cli.child"
 #: What children import for results, figures and commands.
 WARM = (
     CHILD, "allanite.commands.cli.program", "allanite.commands.page.tasks", "allanite.commands.page.documents",
-    "allanite.commands.study", "allanite.files.readers.text", "allanite.recording.health", "allanite.views.report",
+    "allanite.commands.study", "allanite.files.readers.text", "allanite.recording.health.examination",
+    "allanite.views.report",
     "allanite.views.terminal.page", "allanite.views.study", "allanite.views.plain_page", "allanite.views.registry",
     "allanite.views.figures.screen", "allanite.views.figures.picture", "allanite.views.figures.matplotlib",
     "matplotlib.figure", "scipy.linalg", "scipy.optimize", "scipy.special", "pyarrow.parquet",

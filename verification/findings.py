@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from allanite.recording.health import check
 from allanite.recording.health.catalogue import CATALOGUE, LOOK_ALIKES
+from allanite.recording.health.examination import check
 from allanite.recording.records import Recording
 
 __all__ = ["look_alikes_page", "run_look_alikes"]

@@ -18,7 +18,7 @@ import numpy as np
 from allanite.fitting import fit
 from allanite.noise.allan import allan_curve
 from allanite.recording.cleaning.rows import at_own_rates
-from allanite.recording.health import check
+from allanite.recording.health.examination import check
 from allanite.recording.records import Recording
 from verification.gates import within
 from verification.spread import Say, place_of, spread

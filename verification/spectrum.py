@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
 import allanite as al
-from allanite.fitting.spectral import fit_spectral
 from allanite.fitting.spectral.agreement import disagreement
+from allanite.fitting.spectral.estimation import fit_spectral
 from allanite.fitting.spectral.ordinates import ordinates_of
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid, White
 from allanite.noise.allan import allan_curve

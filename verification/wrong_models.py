@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 from allanite.fitting import fit
 from allanite.noise import NoiseModel
 from allanite.noise.allan import allan_curve
-from allanite.recording.health import Severity
+from allanite.recording.health.finding import Severity
 from allanite.recording.records import Recording
-from allanite.study.study import characterize
+from allanite.study.characterization import characterize
 from verification.simulators import gauss_markov, power_law, telegraph
 from verification.spread import Say, place_of, spread
 

@@ -157,16 +157,17 @@ if TYPE_CHECKING:
     from allanite.recording.calibration import Calibration
     from allanite.recording.cleaning import clean
     from allanite.recording.clock_channels import clock_recording
-    from allanite.recording.health import check
+    from allanite.recording.health.examination import check
     from allanite.recording.records import Channel, Recording
     from allanite.stability.environment.estimation import regress_environment
     from allanite.stability.fleet.population import describe_fleet
     from allanite.stability.record_comparison.estimation import compare
     from allanite.stability.shared_noise import separate_noise
     from allanite.stability.variation import examine_variation
+    from allanite.study.characterization import characterize
     from allanite.study.datasheet import hold_against, read_datasheet
     from allanite.study.model_file import load_models, model_of, save_models
-    from allanite.study.study import Study, characterize
+    from allanite.study.study import Study
     from allanite.views.figures import plot
     from allanite.views.report import render
 
@@ -290,8 +291,8 @@ _HOMES = {
     "align": "experiments.alignment",
     "allan_curve": "noise.allan",
     "calibrate": "experiments.calibration",
-    "characterize": "study.study",
-    "check": "recording.health",
+    "characterize": "study.characterization",
+    "check": "recording.health.examination",
     "clean": "recording.cleaning",
     "clock_recording": "recording.clock_channels",
     "combine": "experiments.redundancy",

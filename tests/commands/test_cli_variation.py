@@ -14,7 +14,7 @@ import allanite as al
 from allanite.errors import InputError
 from allanite.files.recording_file import write_recording
 from allanite.noise import NoiseModel, White
-from allanite.recording.health import check
+from allanite.recording.health.examination import check
 from allanite.recording.records import Recording
 from allanite.stability.shared_noise import Separation, separate_noise
 from allanite.stability.variation import Variation, examine_variation

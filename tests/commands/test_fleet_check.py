@@ -121,6 +121,7 @@ def test_it_loads_no_other_analysis(bench: Path) -> None:
         "experiments",
         "acquisition",
         "study.study",
+        "study.characterization",
         "stability.environment",
         "fitting.spectral",
         "views.study",

@@ -28,7 +28,7 @@ from allanite.experiments.static_spans import (
 from allanite.experiments.static_spans.floor import ratio_quantile
 from allanite.noise import NoiseModel, White
 from allanite.quantities.attitude import rotation
-from allanite.recording.health import check
+from allanite.recording.health.examination import check
 from allanite.recording.records import Recording
 from allanite.views.figures import sheet_of
 

@@ -13,7 +13,8 @@ import pytest
 
 from allanite.errors import AllaniteError, FormatError, InputError, LimitError
 from allanite.files.readers import read
-from allanite.recording.health import Severity, check
+from allanite.recording.health.examination import check
+from allanite.recording.health.finding import Severity
 
 N = 40
 NAMES = ("gx", "GY", "AcX", "acc_y", "Temp", "Gyro 1", "Accel X", "ω", "baro.p", "q-w", "mag2", "x", "roll")

@@ -168,7 +168,7 @@ def test_a_rate_stands_behind_several_signs(line: str) -> None:
 
 
 def test_channels_that_stand_still_are_left_out_by_the_advice(tmp_path: Path) -> None:
-    from allanite.recording.health import check
+    from allanite.recording.health.examination import check
 
     rng = np.random.default_rng(51)
     rows = np.column_stack(

@@ -19,7 +19,7 @@ from allanite.files.readers import read
 from allanite.files.readers.headings import read_heading
 from allanite.files.readers.stamp_units import StampSteps, tell
 from allanite.files.readers.timebase import ArrayStamps, fit_grid
-from allanite.recording.health import check
+from allanite.recording.health.examination import check
 from allanite.recording.records import Recording
 
 CASES = range(200)

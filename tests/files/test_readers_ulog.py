@@ -12,7 +12,7 @@ import pytest
 
 from allanite.errors import InputError
 from allanite.files.readers import read, ulog
-from allanite.recording.health import check
+from allanite.recording.health.examination import check
 from flight_log_writers import (
     SENSOR_COMBINED,
     combined,

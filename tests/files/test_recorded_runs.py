@@ -132,7 +132,7 @@ def test_samples_in_doubt_and_remarks_are_findings(tmp_path: Path, run: Run) -> 
         store.note("remark", text="and 4 more remarks", more=4)
     compact(folder, tmp_path / "run.parquet")
     for place in (folder, tmp_path / "run.parquet"):
-        codes = {f.code: f for f in al.recording.health.check(al.read(place))}
+        codes = {f.code: f for f in al.check(al.read(place))}
         assert (
             codes["doubtful_samples"].count == 64 and "64 samples of 64" in codes["doubtful_samples"].message
         )
@@ -142,7 +142,7 @@ def test_samples_in_doubt_and_remarks_are_findings(tmp_path: Path, run: Run) -> 
         store.append(replace(batch_of(0), utc_ns=batch_of(0).utc_ns + 10 * SECOND))
     source = al.read([folder, tmp_path / "after"]).notes["source"]
     assert (source["samples"], source["remarks"], source["flagged"]["doubtful"]) == (96, 5, 64)
-    clean = al.recording.health.check(al.read(write_run(tmp_path / "clean", [0, 32])))
+    clean = al.check(al.read(write_run(tmp_path / "clean", [0, 32])))
     assert not {f.code for f in clean} & {"doubtful_samples", "instrument_remarks"}
 
 
@@ -224,7 +224,7 @@ def test_a_clock_that_is_wrong_is_said(tmp_path: Path) -> None:
                 late = 1e5 * np.sin(batch.counter[-1])  # 0.1 ms
                 stamps = np.rint(batch.counter / 32 * 1e9 * (1 + ppm) + late).astype(np.int64)
                 store.append(replace(batch, monotonic_ns=stamps))
-        codes = {f.code: f for f in al.recording.health.check(al.read(tmp_path / name))}
+        codes = {f.code: f for f in al.check(al.read(tmp_path / name))}
         assert ("clock_rate" in codes) is (name == "poor")
     assert "+400" in codes["clock_rate"].message and "the former is used" in codes["clock_rate"].message
 

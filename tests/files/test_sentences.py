@@ -14,7 +14,7 @@ import pytest
 from allanite.errors import InputError
 from allanite.files.readers import read
 from allanite.files.readers.delimited.sentence_kinds import known_fields
-from allanite.recording.health import check
+from allanite.recording.health.examination import check
 
 #: Sentences out of the manuals that `sentence_kinds` cites, with the sums that stand there.
 PUBLISHED = (

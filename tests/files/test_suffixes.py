@@ -10,7 +10,8 @@ import pytest
 
 from allanite.errors import AllaniteError, FormatError
 from allanite.files.readers import read
-from allanite.recording.health import Severity, check
+from allanite.recording.health.examination import check
+from allanite.recording.health.finding import Severity
 
 UNITS = {
     "deg/s": "rate",

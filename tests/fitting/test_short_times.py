@@ -24,7 +24,7 @@ from allanite.noise import GaussMarkov, NoiseModel, White
 from allanite.noise.allan import AllanCurve, allan_curve
 from allanite.noise.quick_terms import with_quick_terms_white
 from allanite.recording.records import Recording
-from allanite.study.study import characterize
+from allanite.study.characterization import characterize
 from allanite.views.wording.provisos import provisos
 
 FITS: dict[str, Callable[[Recording], NoiseModel]] = {

@@ -16,8 +16,8 @@ from scipy.stats import binom, chi2
 import allanite as al
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.slow_contrasts import slow_contrasts
-from allanite.fitting.spectral import fit_spectral, spectral_ordinates
 from allanite.fitting.spectral.agreement import disagreement
+from allanite.fitting.spectral.estimation import fit_spectral, spectral_ordinates
 from allanite.fitting.spectral.modes import slow_modes
 from allanite.fitting.spectral.whittle import WhittleProblem
 from allanite.noise import (

@@ -406,7 +406,7 @@ def _plain(content: Any) -> Callable[[Path], Any]:
 
 def _study(path: Path) -> None:
     from allanite.recording.records import Recording
-    from allanite.study.study import characterize
+    from allanite.study.characterization import characterize
 
     samples = np.random.default_rng(7).normal(size=(600, 1))
     recording = Recording.from_rate(samples, rate=10.0, unit="deg/s", names=["gyro_x"])

@@ -237,6 +237,7 @@ MAY = {
     "stability/fleet/rows.py": "files that table_files has taken through regular",
     "views/figures/screen.py": "files of the package",
     "views/report/__init__.py": "files of the package",
+    "views/report/templates.py": "files of the package",
 }
 
 

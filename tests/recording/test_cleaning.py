@@ -14,7 +14,8 @@ import pytest
 import allanite as al
 from allanite.errors import DataQualityError, InputError
 from allanite.recording.cleaning import REPAIRS, clean
-from allanite.recording.health import CATALOGUE, check
+from allanite.recording.health.catalogue import CATALOGUE
+from allanite.recording.health.examination import check
 from noise_records import record, white
 from shell import Run
 

@@ -14,7 +14,7 @@ from allanite.fitting import fit
 from allanite.fitting.tails import contamination_of, with_tails
 from allanite.noise import NoiseModel
 from allanite.noise.allan import allan_curve
-from allanite.recording.health import check
+from allanite.recording.health.examination import check
 from allanite.recording.health.tails import TailLaw, Tails, law_of, tails_of
 from noise_records import record
 

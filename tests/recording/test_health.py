@@ -14,17 +14,10 @@ import pytest
 
 from allanite.errors import DataQualityError, InputError
 from allanite.experiments.reversals import listing, remarks, schedule
-from allanite.recording import health
-from allanite.recording.health import (
-    CATALOGUE,
-    Finding,
-    Severity,
-    check,
-    held,
-    prepare,
-    tails,
-)
-from allanite.recording.health.catalogue import findings_page
+from allanite.recording.health import examination, held, tails
+from allanite.recording.health.catalogue import CATALOGUE, findings_page
+from allanite.recording.health.examination import check, prepare
+from allanite.recording.health.finding import Finding, Severity
 from allanite.recording.health.impulses import Spikes
 from allanite.recording.health.tallies import EqualRuns, Extremes, MissingRuns
 from allanite.recording.records import BLOCK, Channel, Recording
@@ -66,7 +59,12 @@ def test_every_entry_says_everything() -> None:
 
 
 def test_every_code_in_the_detectors_is_in_the_catalogue_and_back() -> None:
-    looks = [look for name in health.__all__ if name.endswith("_DETECTORS") for look in getattr(health, name)]
+    looks = [
+        look
+        for name in examination.__all__
+        if name.endswith("_DETECTORS")
+        for look in getattr(examination, name)
+    ]
     source = "".join(inspect.getsource(inspect.getmodule(look)) for look in looks)  # type: ignore[arg-type]
     source += inspect.getsource(held) + inspect.getsource(tails)
     elsewhere = {  # made by allanite.study

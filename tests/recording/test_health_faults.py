@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from allanite.errors import DataQualityError
-from allanite.recording.health import Finding, Severity, check, prepare
+from allanite.recording.health.examination import check, prepare
+from allanite.recording.health.finding import Finding, Severity
 from allanite.recording.health.survey import survey
 from allanite.recording.records import ArrayColumn, Channel, Recording
 from noise_records import flicker, record, walk, white

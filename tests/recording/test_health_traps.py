@@ -11,7 +11,8 @@ import pytest
 
 from allanite.errors import AllaniteError
 from allanite.files.readers.timebase import ArrayStamps, fit_grid
-from allanite.recording.health import Finding, check
+from allanite.recording.health.examination import check
+from allanite.recording.health.finding import Finding
 from allanite.recording.health.log import drift
 from allanite.recording.health.meaning import GYRO_STEPS, STEP_AGREES
 from allanite.recording.records import Recording

@@ -11,7 +11,9 @@ import pytest
 from numpy.typing import NDArray
 from scipy import stats
 
-from allanite.recording.health import Finding, check, meaning
+from allanite.recording.health import meaning
+from allanite.recording.health.examination import check
+from allanite.recording.health.finding import Finding
 from allanite.recording.health.survey import survey
 from allanite.recording.health.tallies import PartSums
 from allanite.recording.records import Recording

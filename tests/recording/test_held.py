@@ -17,7 +17,7 @@ from allanite.commands.study import curve_of, write_results
 from allanite.errors import AllaniteError, InputError
 from allanite.noise.allan import AllanCurve
 from allanite.recording.cleaning import REPAIRS, clean
-from allanite.recording.health import check
+from allanite.recording.health.examination import check
 from allanite.recording.health.renewal import renewal_of
 from allanite.recording.sample_columns import ArrayColumn, Samples, Spliced
 from noise_records import record

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from allanite.recording.cleaning import clean
-from allanite.recording.health import CATALOGUE, Finding, Severity, check
-from allanite.recording.health.catalogue import LOOK_ALIKES
+from allanite.recording.health.catalogue import CATALOGUE, LOOK_ALIKES
+from allanite.recording.health.examination import check
+from allanite.recording.health.finding import Finding, Severity
 from allanite.recording.records import Channel, Recording
 from allanite.views.wording.findings import movement, said_of
 from channel_faults import FAULTS

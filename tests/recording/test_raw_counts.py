@@ -11,7 +11,8 @@ import pytest
 
 from allanite.errors import InputError
 from allanite.files.readers import read
-from allanite.recording.health import Finding, check
+from allanite.recording.health.examination import check
+from allanite.recording.health.finding import Finding
 from allanite.recording.health.raw_counts import raw_counts
 from allanite.recording.health.scale_questions import scale_questions
 from allanite.recording.health.survey import survey

@@ -19,7 +19,7 @@ import allanite as al
 from allanite.errors import AllaniteError
 from allanite.exporters import export
 from allanite.noise import NoiseModel
-from allanite.recording.health import Finding
+from allanite.recording.health.finding import Finding
 from allanite.views.figures import sheet_of
 from allanite.views.report import page_of
 from allanite.views.terminal.page import show_document

@@ -13,7 +13,7 @@ from allanite.fitting.estimates import limit_estimate
 from allanite.noise import Estimate, RandomWalk, White
 from allanite.quantities.display_units import si_unit
 from allanite.quantities.number_words import interval, number, probability, with_sd
-from allanite.recording.health import Finding, Severity
+from allanite.recording.health.finding import Finding, Severity
 from allanite.study.results import ChannelModels
 from allanite.study.study import Study
 from allanite.views.wording.findings import finding_kinds, worst

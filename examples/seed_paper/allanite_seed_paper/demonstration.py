@@ -114,7 +114,7 @@ def _week(
     """The study of a simulated week, and its files."""
     from allanite.exporters import export
     from allanite.noise.allan import allan_curve
-    from allanite.study.study import characterize
+    from allanite.study.characterization import characterize
     from allanite.views.report import render
 
     record = twin.week(seed, duration=duration, progress=lambda f: advance(0.35 * f, "simulating the week"))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from allanite.experiments.static_spans import SdOf, StaticSpans, UnitAxes
     from allanite.noise import NoiseModel
     from allanite.recording.calibration import Calibration
-    from allanite.recording.health import Finding
+    from allanite.recording.health.finding import Finding
     from allanite.recording.records import Recording
     from allanite.study.result_document import PositionFile
 

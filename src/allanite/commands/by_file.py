@@ -18,7 +18,7 @@ from allanite.study.result_document import PositionFile
 if TYPE_CHECKING:
     from allanite.experiments.reversals import PositionsApart
     from allanite.experiments.static_spans import StaticSpans, UnitAxes
-    from allanite.recording.health import Finding
+    from allanite.recording.health.finding import Finding
     from allanite.recording.records import Recording
 
 __all__ = [
@@ -63,7 +63,7 @@ def read_files(files: Sequence[Place], *, accept: Collection[str] = (), **option
     DataQualityError
         A fatal finding of time stamps or text that was not accepted.
     """
-    from allanite.recording.health import LOG_DETECTORS, prepare
+    from allanite.recording.health.examination import LOG_DETECTORS, prepare
 
     recordings, findings = [], []
     for file in files:
@@ -162,8 +162,7 @@ def _missing_in_files(
     missing: Finding, recorded: int, between: int, pauses: Sequence[tuple[int, int]]
 ) -> Finding | None:
     from allanite.plain_files.counted import plural
-    from allanite.recording.health import Severity
-    from allanite.recording.health.finding import percent
+    from allanite.recording.health.finding import Severity, percent
     from allanite.recording.health.values import TOLERATED
 
     count = missing.count - between

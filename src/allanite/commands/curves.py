@@ -17,7 +17,7 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.regular_file import open_regular
 
 if TYPE_CHECKING:
-    from allanite.fitting.instrument_floor import OverFloor
+    from allanite.fitting.sensor_curves import OverFloor
     from allanite.noise import NoiseModel
     from allanite.noise.allan import AllanCurve
     from allanite.noise.allan.interval_error import IntervalError

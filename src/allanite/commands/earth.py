@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from allanite.experiments.north import EastWestNull, NorthEstimate
     from allanite.experiments.reversals import PositionsApart, Reversals
     from allanite.experiments.static_spans import SdOf
-    from allanite.recording.health import Finding
+    from allanite.recording.health.finding import Finding
     from allanite.recording.records import Recording
 
 __all__ = ["earth_rate_of", "north_of"]

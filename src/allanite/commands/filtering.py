@@ -70,7 +70,7 @@ def filter_of(
         A fatal finding that was not accepted: a filter is for a sensor at rest.
     """
     from allanite.filtering.kalman import filter_recording
-    from allanite.recording.health import check, prepare
+    from allanite.recording.health.examination import check, prepare
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")

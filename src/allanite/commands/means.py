@@ -14,7 +14,7 @@ from allanite.errors import InputError
 if TYPE_CHECKING:
     from allanite.experiments.reversals import PositionsApart
     from allanite.experiments.static_spans import PositionMeans, SdOf
-    from allanite.recording.health import Finding
+    from allanite.recording.health.finding import Finding
     from allanite.recording.records import Recording
 
 __all__ = ["read_means", "record_of_means", "refuse_rows_of_means"]
@@ -44,7 +44,8 @@ def read_means(
         An option of logs.
     """
     from allanite.experiments.static_spans import means_of
-    from allanite.recording.health import CATALOGUE, LOG_DETECTORS
+    from allanite.recording.health.catalogue import CATALOGUE
+    from allanite.recording.health.examination import LOG_DETECTORS
 
     of_logs = [name for name in ("rate", "time", "start", "stop", "repair") if options.pop(name, None)]
     if of_logs:
@@ -66,7 +67,7 @@ def refuse_rows_of_means(recording: Recording, accept: Collection[str]) -> None:
     DataQualityError
         The finding was not accepted.
     """
-    from allanite.recording.health import prepare
+    from allanite.recording.health.examination import prepare
     from allanite.recording.health.rows import rows_of_means
 
     prepare(recording, tuple(rows_of_means(recording)), accept=set(accept) & {"rows_of_means"})

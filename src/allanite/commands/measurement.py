@@ -29,7 +29,7 @@ from allanite.plain_files.regular_file import file_sha256
 if TYPE_CHECKING:
     from allanite.noise import NoiseModel
     from allanite.quantities.result import Result
-    from allanite.recording.health import Finding
+    from allanite.recording.health.finding import Finding
     from allanite.recording.records import Recording
     from allanite.study.result_document import Overview, Reportable
 

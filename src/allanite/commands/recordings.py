@@ -14,7 +14,7 @@ from allanite.recording.channel_names import for_shell
 
 if TYPE_CHECKING:
     from allanite.noise import NoiseModel
-    from allanite.recording.health import Finding
+    from allanite.recording.health.finding import Finding
     from allanite.recording.records import Recording
 
 __all__ = [
@@ -190,7 +190,7 @@ def ready_log(
     DataQualityError
         A fatal finding that was not accepted.
     """
-    from allanite.recording.health import check, prepare
+    from allanite.recording.health.examination import check, prepare
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")

@@ -60,7 +60,7 @@ def combination_of(
         A file of axes that does not hold them.
     """
     from allanite.experiments.redundancy import combine
-    from allanite.recording.health import check
+    from allanite.recording.health.examination import check
     from allanite.study.result_document import ResultDocument
 
     advance = progress or (lambda fraction, what: None)

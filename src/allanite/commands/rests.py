@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from allanite.experiments.static_spans import StaticSpans, UnitAxes
     from allanite.noise import NoiseModel
-    from allanite.recording.health import Finding
+    from allanite.recording.health.finding import Finding
     from allanite.recording.records import Recording
 
 __all__ = ["judged_at_rest", "rests_of", "thermometers"]
@@ -143,7 +143,7 @@ def judged_at_rest(
 
 
 def _of_attitudes(finding: Finding, silent: Collection[str | None]) -> Finding:
-    from allanite.recording.health import Severity
+    from allanite.recording.health.finding import Severity
 
     advice = "none needed: every attitude has its own level, and each is checked separately"
     if finding.code == "clipping" and finding.channel in silent:
@@ -162,7 +162,7 @@ def _without_noise(finding: Finding, part: Recording, rests: StaticSpans) -> Fin
     """
     import numpy as np
 
-    from allanite.recording.health import Severity
+    from allanite.recording.health.finding import Severity
 
     unlike = finding.code != "stuck" or finding.severity is Severity.INFO
     if unlike or finding.channel is None or len(rests.spans) < 2:

@@ -53,7 +53,7 @@ def spectra_of(
     """
     from allanite.fitting.spectral.spectra import Spectra
     from allanite.noise.spectrum.estimation import power_spectrum
-    from allanite.recording.health import check
+    from allanite.recording.health.examination import check
     from allanite.study.result_document import ResultDocument
 
     advance = progress or (lambda fraction, what: None)
@@ -95,8 +95,8 @@ def spectra_of(
 def _channel(recording: Recording, spectrum: Spectrum, model: NoiseModel | None) -> ChannelSpectrum:
     """A channel; of a model, whether it agrees, steady lines being no matter of its density."""
     from allanite.errors import DataQualityError
-    from allanite.fitting.spectral import spectral_ordinates
     from allanite.fitting.spectral.agreement import disagreement
+    from allanite.fitting.spectral.estimation import spectral_ordinates
     from allanite.fitting.spectral.spectra import ChannelSpectrum
 
     facts = recording[spectrum.channel]

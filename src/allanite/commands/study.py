@@ -69,7 +69,7 @@ def study_of(
     Options are those of `read_part`; `source` replaces the name of the file. `floor` is the log of the shorted input,
     `exclude` are averaging times [s] left out of the fit.
     """
-    from allanite.study.study import characterize
+    from allanite.study.characterization import characterize
 
     if progress is not None:
         progress(0.0, "reading")

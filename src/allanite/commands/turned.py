@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from allanite.experiments.reversals import Reversals
     from allanite.noise import NoiseModel
-    from allanite.recording.health import Finding
+    from allanite.recording.health.finding import Finding
     from allanite.recording.records import Channel, Recording
 
 __all__ = [
@@ -390,7 +390,8 @@ def judged(
     DataQualityError
         A fatal finding outside of them that was not accepted.
     """
-    from allanite.recording.health import Severity, check, prepare
+    from allanite.recording.health.examination import check, prepare
+    from allanite.recording.health.finding import Severity
 
     as_it_is = check(recording)
     still = recording.excluding(dict.fromkeys(channels, spans), "turns") if len(spans) else recording
@@ -429,13 +430,13 @@ def turn_spans(reversals: Reversals) -> NDArray[np.int64]:
 
 def _is_of_the_log(finding: Finding) -> bool:
     """True for findings of time stamps and text, and for gaps: they do not depend on what the samples are."""
-    from allanite.recording.health import CATALOGUE
+    from allanite.recording.health.catalogue import CATALOGUE
 
     return finding.code == "missing" or CATALOGUE[finding.code].group in ("Time", "Text")
 
 
 def _of_the_spans(finding: Finding, where: str) -> Finding:
-    from allanite.recording.health import Severity
+    from allanite.recording.health.finding import Severity
 
     return replace(
         finding,
@@ -448,7 +449,7 @@ def _of_the_spans(finding: Finding, where: str) -> Finding:
 
 
 def _milder(finding: Finding) -> Finding:
-    from allanite.recording.health import Severity
+    from allanite.recording.health.finding import Severity
 
     return replace(finding, severity=Severity.WARNING) if finding.severity is Severity.FATAL else finding
 

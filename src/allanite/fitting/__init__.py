@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from allanite.noise import NoiseModel
     from allanite.noise.allan import AllanCurve
-    from allanite.recording.health import Finding
+    from allanite.recording.health.finding import Finding
     from allanite.recording.records import Channel, Recording
 
 __all__ = ["fit"]
@@ -70,7 +70,7 @@ def fit(
     screen : bool or sequence of Finding
         Of a recording: look through its samples for lines, heavy tails and faults, which the model does not hold; see
         `allanite.fitting.samples`. Of a curve: hold the heavy tails that it knows of, and say what only samples
-        can tell. False where that was done; what `allanite.recording.health.check` finds in the channel, where that
+        can tell. False where that was done; what `allanite.check` finds in the channel, where that
         is known: it is not looked for again.
     **options
         Of a recording: `channel`, `terms` (the letters to fit), and what the method takes besides: "likelihood"
@@ -158,7 +158,7 @@ def _fit_recording(recording: Recording, method: str, options: dict[str, Any]) -
     )
     fit_it: Any
     if method == "spectral":
-        from allanite.fitting.spectral import fit_spectral as fit_it
+        from allanite.fitting.spectral.estimation import fit_spectral as fit_it
     else:
         from allanite.fitting.likelihood import fit_likelihood as fit_it
     try:

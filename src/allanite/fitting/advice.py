@@ -10,13 +10,16 @@ import numpy as np
 from allanite.errors import InputError
 from allanite.fitting.design import MARKOV, TIME_OF, TIME_POWER, Times, design_of
 from allanite.fitting.objective import CurveData, solve
+from allanite.fitting.record_lengths import Advice
 from allanite.fitting.sets import fisher_sd
-from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid
 from allanite.noise.allan.lags import octave_lags
-from allanite.quantities.result import Result
 
-__all__ = ["Advice", "advise", "predicted_sd", "record_length", "span"]
+__all__ = [
+    "advise",
+    "predicted_sd",
+    "record_length",
+]
 
 _GOAL = 0.10  # relative standard deviation worth recording for
 _SEEN = 1 / 6  # relative standard deviation of an amplitude that stands three sigma from zero
@@ -31,46 +34,6 @@ _SYMBOLS = {
 }
 #: Amplitudes of Gauss-Markov terms, the quicker one first.
 _NAMES = {"G": "sigma", "G2": "sigma_2"}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Advice(Result):
-    """One line of advice.
-
-    Attributes
-    ----------
-    symbol : str
-        Symbol of the coefficient.
-    target : float
-        Relative standard deviation aimed at.
-    duration : float [s]
-        Length of record that reaches it; infinite (null in a document) where none does.
-    reached : bool
-        The present record reaches it.
-    resolved : bool
-        The record resolves the coefficient; otherwise one of half its limit is to stand out.
-    """
-
-    symbol: str
-    target: float
-    duration: float
-    reached: bool
-    resolved: bool
-
-    @property
-    def text(self) -> str:
-        """In a sentence."""
-        name = {"T": "T_b", "sigma": "B_equiv"}.get(self.symbol, self.symbol)
-        if not math.isfinite(self.duration):
-            return f"{name}: no record of reasonable length decides it"
-        if self.resolved:
-            aim = f"{name} to {100 * self.target:.0f} % (1 sd)"
-            if self.reached:
-                return f"this record determines {aim}"
-            return f"a record of about {span(self.duration)} would determine {aim}"
-        if self.reached:
-            return f"this record would reveal {name} at half its limit"
-        return f"a record of {span(self.duration)} would reveal {name} or halve its limit"
 
 
 def predicted_sd(model: NoiseModel, *, n_samples: int, dt: float, sampling: str = "mean") -> dict[str, float]:
@@ -172,11 +135,3 @@ def record_length(
 
 
 _STEP = 4
-
-
-def span(seconds: float) -> str:
-    """A duration in the unit people would use."""
-    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 1.5 * size:
-            return f"{seconds / size:.2g} {unit}" if seconds / size < 100 else f"{seconds / size:.0f} {unit}"
-    return f"{seconds:.2g} s"

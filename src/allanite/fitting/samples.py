@@ -16,7 +16,8 @@ from allanite.errors import AllaniteError
 from allanite.fitting.tails import with_tails
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve
-from allanite.recording.health import Finding, Severity, check
+from allanite.recording.health.examination import check
+from allanite.recording.health.finding import Finding, Severity
 from allanite.recording.health.tails import TailLaw, Tails, law_of
 from allanite.recording.records import Recording
 

@@ -14,15 +14,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from allanite.lazy_dataclasses import dataclass
+from allanite.fitting.contamination import Contamination
 from allanite.noise import Estimate, NoiseModel
 from allanite.quantities.display_units import si_unit
 from allanite.quantities.distributions import normal_quantile
 from allanite.quantities.quantity import Quantity
-from allanite.quantities.result import Result
 from allanite.recording.health.tails import TailLaw, Tails
 
-__all__ = ["Contamination", "contamination_of", "with_tails"]
+__all__ = ["contamination_of", "with_tails"]
 
 
 def with_tails(model: NoiseModel, tails: Tails, n_samples: int) -> NoiseModel:
@@ -51,34 +50,6 @@ def with_tails(model: NoiseModel, tails: Tails, n_samples: int) -> NoiseModel:
     shift = _quantile(model) * 0.5 * math.sqrt(tails.kurtosis / n_samples)
     estimates = tuple(_widened(e, shift) if e.symbol == "N" else e for e in model.estimates)
     return replace(model, estimates=estimates, alternative=other)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Contamination(Result):
-    """White noise of which some samples scatter more than the others.
-
-    Attributes
-    ----------
-    share, share_sd : float
-        Share of such samples, with its standard error.
-    ratio, ratio_sd : float
-        Ratio of their spread to that of the others, with its standard error.
-    excess_kurtosis : float
-        Excess kurtosis of the white noise.
-    N, N_without : Quantity
-        N of all samples, and without the contaminated ones.
-    confidence : float
-        Confidence level of the intervals.
-    """
-
-    share: float
-    share_sd: float
-    ratio: float
-    ratio_sd: float
-    excess_kurtosis: float
-    N: Quantity
-    N_without: Quantity
-    confidence: float
 
 
 def contamination_of(model: NoiseModel, tails: Tails, scale: float, dt: float) -> Contamination | None:

@@ -18,8 +18,7 @@ from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve, allan_curve
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.recording.cleaning.renewed import held_samples
-from allanite.recording.health import Finding, Severity
-from allanite.recording.health.finding import finding
+from allanite.recording.health.finding import Finding, Severity, finding
 from allanite.recording.health.tails import law_of
 from allanite.recording.records import Channel, Recording
 from allanite.study.request import Request
@@ -27,8 +26,8 @@ from allanite.study.results import Aliasing, ChannelFloor, ChannelStudy, SlopeRe
 from allanite.study.sample_pass import SamplePass
 
 if TYPE_CHECKING:
-    from allanite.fitting.advice import Advice
-    from allanite.fitting.tails import Contamination
+    from allanite.fitting.contamination import Contamination
+    from allanite.fitting.record_lengths import Advice
     from allanite.noise.spectrum.exclusion import Exclusion
     from allanite.noise.spectrum.results import Spectrum
     from allanite.noise.terms import Sinusoid

@@ -20,7 +20,7 @@ Progress = Callable[[float, str], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """Options of `allanite.study.study.characterize`, which describes them."""
+    """Options of `allanite.study.characterization.characterize`, which describes them."""
 
     accept: Collection[str]
     method: str

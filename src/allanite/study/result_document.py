@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.json_values import plain
 from allanite.quantities.result import Result
-from allanite.recording.health import Finding
+from allanite.recording.health.finding import Finding
 from allanite.recording.records import Channel, Recording
 
 __all__ = [

@@ -9,18 +9,18 @@ from dataclasses import field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.advice import Advice
-from allanite.fitting.instrument_floor import OverFloor
-from allanite.fitting.tails import Contamination
+from allanite.fitting.contamination import Contamination
+from allanite.fitting.record_lengths import Advice
+from allanite.fitting.sensor_curves import OverFloor
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.noise.spectrum.results import Spectrum
 from allanite.quantities.result import Result
-from allanite.recording.cleaning.renewed import HeldSamples
-from allanite.recording.health import Finding
+from allanite.recording.health.finding import Finding
 from allanite.recording.records import Recording
+from allanite.recording.sample_hold import HeldSamples
 from allanite.stability.environment.results import EnvironmentFacts
 from allanite.study.result_document import RecordFacts
 

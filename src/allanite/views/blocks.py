@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.display_units import si_unit
-from allanite.recording.health import Finding
+from allanite.recording.health.finding import Finding
 from allanite.views.figures import sheet_of
 from allanite.views.pieces import Figure, origin_rows
 from allanite.views.wording.study import ChannelGroup, CoefficientWording, KeyNumber, headings, readings

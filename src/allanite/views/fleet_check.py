@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from allanite.fitting.advice import span
+from allanite.fitting.record_lengths import span
 from allanite.quantities.display_units import coefficient_unit
 from allanite.quantities.number_words import duration, number
 from allanite.stability.fleet.checking import CoefficientCheck, FleetCheck

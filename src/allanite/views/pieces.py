@@ -10,7 +10,7 @@ from typing import Any
 from urllib.parse import quote
 
 from allanite.lazy_dataclasses import dataclass
-from allanite.recording.health import Finding
+from allanite.recording.health.finding import Finding
 from allanite.views.figures.panel import Sheet
 from allanite.views.figures.picture import svg
 from allanite.views.figures.screen import spec

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 
 from allanite.quantities.number_words import number
-from allanite.recording.health import Finding
+from allanite.recording.health.finding import Finding
 from allanite.views.blocks import Banner, Cell, PageBlock, table
 from allanite.views.wording.rates import DEG, CheckWording, EarthRateWording, capitalised, contradictions
 

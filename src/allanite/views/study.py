@@ -12,7 +12,7 @@ from allanite.noise import NoiseModel
 from allanite.plain_files.counted import plural
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, number, probability
-from allanite.recording.health import Finding
+from allanite.recording.health.finding import Finding
 from allanite.stability.environment.results import EnvironmentFacts
 from allanite.study.results import ChannelModels, ChannelStudy, StudiedRecord
 from allanite.study.study import Study

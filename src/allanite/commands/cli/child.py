@@ -77,7 +77,7 @@ def _warm() -> None:
 
 def _warm_views() -> None:
     """What draws a result: whoever waits for the first one does not wait for this."""
-    import allanite.study.study
+    import allanite.study.characterization
     import allanite.views.figures.screen
     import allanite.views.plain_page
     import allanite.views.registry  # noqa: F401

@@ -12,7 +12,7 @@ import click
 
 from allanite.commands.cli.options import log_options, place_of, with_options
 from allanite.commands.cli.positions import files_of, headed_files_of, position_option, single_log
-from allanite.commands.cli.program import command, example_of, family
+from allanite.commands.cli.program import command, defer, example_of, family
 from allanite.commands.cli.results import Destination, output_option, results_in, style_options
 from allanite.commands.declaration import Command
 from allanite.commands.registry import COMMANDS
@@ -63,7 +63,7 @@ def _refused(declared: Command, path: str, *, force: bool) -> None:
         refuse_existing(Path(path), force=force)
 
 
-def _offered(declared: Command) -> None:
+def _offered(declared: Command) -> click.Command:
     """Put a command under the program, or below the one that it belongs to."""
 
     def run(
@@ -106,11 +106,10 @@ def _offered(declared: Command) -> None:
     ):
         run = bundle(run)
     if is_family:
-        _FAMILIES[declared.name] = family(declared.example, name)(run)
-    elif above:
-        _FAMILIES[above].command(name, epilog=example_of(declared.example))(run)
-    else:
-        command(declared.example, name)(run)
+        return family(declared.example, name)(run)
+    if above:
+        return _FAMILIES[above].command(name, epilog=example_of(declared.example))(run)
+    return command(declared.example, name)(run)
 
 
 def _of_subject(declared: Command) -> tuple[Bundle, ...]:
@@ -180,6 +179,14 @@ def offer_below(group: click.Group) -> None:
             _offered(declared)
 
 
+def _whole(declared: Command) -> click.Command:
+    """A command of the program, with those below its name."""
+    offered = _offered(declared)
+    if isinstance(offered, click.Group):
+        offer_below(offered)
+    return offered
+
+
 for _declared in COMMANDS.values():
-    if _declared.name.partition(" ")[0] in COMMANDS:
-        _offered(_declared)
+    if " " not in _declared.name:
+        defer(_declared.name, partial(_whole, _declared))

@@ -37,13 +37,13 @@ def info(log: str, as_json: bool, **options: Any) -> int:
     The exit code is that of `characterize`: 1 for a fatal finding, 3 for missing samples.
     """
     from allanite.commands.recordings import describe, is_lossy, read_part
-    from allanite.recording import health
+    from allanite.recording.health.examination import check
     from allanite.views.terminal.console import progress
     from allanite.views.terminal.study import show_recording
 
     recording = read_part(place_of(log), **options)
     with progress(quiet=as_json) as advance:
-        facts = describe(recording, health.check(recording, progress=advance), place_of(log))
+        facts = describe(recording, check(recording, progress=advance), place_of(log))
     if as_json:
         print_json(facts)
     else:

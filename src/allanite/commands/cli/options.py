@@ -472,7 +472,7 @@ class FindingCode(click.ParamType[Any]):
     name = "finding"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        from allanite.recording.health import CATALOGUE
+        from allanite.recording.health.catalogue import CATALOGUE
 
         if value not in CATALOGUE:
             self.fail(f"no finding named {value!r}; there are: {', '.join(CATALOGUE)}", param, ctx)

@@ -15,6 +15,7 @@ from typing import Any
 import click
 
 from allanite import __version__
+from allanite.commands.cli.deferred import DeferredCommands
 from allanite.commands.cli.failures import FAILED, INTERNAL, failure
 from allanite.commands.cli.help_pages import GroupedCommands, GroupedOptions
 from allanite.commands.cli.in_options import in_options
@@ -22,7 +23,7 @@ from allanite.commands.cli.repeated import AddingCommand, AddingGroup
 from allanite.errors import AllaniteError, DataQualityWarning
 from allanite.plain_files.printable import Shielded, printable
 
-__all__ = ["EXIT_CODES", "LOSS", "UNFIT", "cli", "command", "example_of", "family", "main"]
+__all__ = ["EXIT_CODES", "LOSS", "UNFIT", "cli", "command", "defer", "example_of", "family", "main"]
 
 LOSS = 3
 UNFIT = FAILED
@@ -163,8 +164,14 @@ def _say(words: str) -> None:
     click.echo("allanite: " + re.sub(r"\n(?!  )", r"\\n", words), err=True)
 
 
+_COMMANDS = DeferredCommands()
+#: Adds a command of `cli` that is made when it is first looked up.
+defer = _COMMANDS.defer
+
+
 @click.group(
     cls=_Program,
+    commands=_COMMANDS,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=_EXAMPLE.format("allanite characterize gyro.csv --unit deg/s"),
 )

@@ -83,7 +83,7 @@ def _warm() -> None:
     from allanite.files.readers import READERS
     from allanite.filtering.simulation import simulate
     from allanite.noise import NoiseModel, White
-    from allanite.study.study import characterize
+    from allanite.study.characterization import characterize
 
     for reader in READERS:
         import_module(f"allanite.files.readers.{reader}")

@@ -79,7 +79,7 @@ def studied(
     place: Path, log: str, reading: Json, options: Json, sha256: str | None = None
 ) -> tuple[Recording, Study]:
     """The recording and the study of a log, with the options of a fleet."""
-    from allanite.study.study import characterize
+    from allanite.study.characterization import characterize
 
     recording = read_part(place, source=log, **reading)
     return recording, characterize(recording, provenance={"sha256": sha256, "command": None}, **options)

@@ -195,7 +195,7 @@ class Application:
 
     def _session(self) -> Json:
         from allanite.exporters import EXPORTERS, exporter, options_of
-        from allanite.recording.health import CATALOGUE
+        from allanite.recording.health.catalogue import CATALOGUE
 
         limits = self.settings.limits
         consumers = [exporter(name.replace("_", "-")) for name in EXPORTERS]

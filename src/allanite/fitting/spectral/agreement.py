@@ -21,15 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FitError
+from allanite.fitting.spectral.disagreements import Disagreement, Parted
 from allanite.fitting.spectral.ordinates import Ordinates
 from allanite.fitting.spectral.profile import deviations
 from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
-from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, TermType, White
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
-from allanite.quantities.result import Result
 
-__all__ = ["Disagreement", "Parted", "disagreement"]
+__all__ = ["disagreement"]
 
 Array = NDArray[np.float64]
 
@@ -46,65 +45,6 @@ _LETTER: dict[type[TermType], str] = {
     Ramp: "R",
 }
 _SYMBOL = {"G": "sigma"}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Parted(Result):
-    """A parameter that the two fits do not agree on.
-
-    Attributes
-    ----------
-    symbol : str
-        Its name.
-    lags, frequencies : float [SI]
-        The two estimates.
-    """
-
-    symbol: str
-    lags: float
-    frequencies: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Disagreement(Result):
-    """Where a model of the curve and the spectrum part.
-
-    Attributes
-    ----------
-    p : float
-        Probability of a spectrum as unlike the model in all, or in its worst band.
-    band : (float, float) [Hz]
-        The band that is least like the model.
-    ratio : float
-        Density of that band over the model's.
-    parameters : tuple of Parted
-        Those that the two fits do not agree on.
-    whole : bool
-        The spectrum is unlike the model, apart from any parameter.
-    """
-
-    p: float
-    band: tuple[float, float]
-    ratio: float
-    parameters: tuple[Parted, ...]
-    whole: bool
-
-    @property
-    def words(self) -> str:
-        """One sentence."""
-        parts = []
-        if self.whole:
-            low, high = self.band
-            parts.append(
-                f"from {low:.3g} to {high:.3g} Hz the density is {self.ratio:.3g} times that of the curve's model "
-                f"(p = {self.p:.1g})"
-            )
-        parts += [
-            f"{each.symbol} from the frequencies is {each.frequencies / each.lags:.3g} times {each.symbol} from the "
-            "lags, outside its interval"
-            for each in self.parameters
-        ]
-        return "; ".join(parts)
 
 
 def disagreement(model: NoiseModel, data: Ordinates) -> Disagreement | None:

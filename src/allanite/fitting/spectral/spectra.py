@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.spectral.agreement import Disagreement
+from allanite.fitting.spectral.disagreements import Disagreement
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.spectrum.results import Spectrum

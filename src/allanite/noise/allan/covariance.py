@@ -60,7 +60,10 @@ Spans = NDArray[np.int64]
 
 _EXACT = 16  # integer positions summed one by one on each side of a break point
 _RATIO = 3.0  # growth of the panels away from it
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+#: Gauss and Legendre's rule of eight points, its positive half, as `numpy.polynomial.legendre.leggauss` computes it.
+_POSITIVE = np.array([0.18343464249564978, 0.525532409916329, 0.7966664774136267, 0.9602898564975362])
+_HALF = np.array([0.36268378337836166, 0.3137066458778869, 0.22238103445337443, 0.10122853629037706])
+_NODES, _WEIGHTS = np.concatenate([-_POSITIVE[::-1], _POSITIVE]), np.concatenate([_HALF[::-1], _HALF])
 _SAMPLED_RUNS = 4096
 
 

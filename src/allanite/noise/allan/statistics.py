@@ -31,7 +31,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -437,6 +436,8 @@ def in_threads(task: Callable[[int], None], items: Sequence[int], workers: int) 
         for item in items:
             task(item)
         return
+    from concurrent.futures import ThreadPoolExecutor
+
     with ThreadPoolExecutor(workers) as pool:
         for future in [pool.submit(task, item) for item in items]:
             future.result()

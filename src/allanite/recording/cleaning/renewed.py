@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.lazy_dataclasses import dataclass
-from allanite.quantities.result import Result
 from allanite.recording.cleaning.step import noted
 from allanite.recording.health.finding import percent
 from allanite.recording.health.renewal import Renewal, fresh_rows
 from allanite.recording.records import BLOCK, Recording
 from allanite.recording.sample_columns import Spliced, View
+from allanite.recording.sample_hold import HeldSamples
 
-__all__ = ["HeldSamples", "Picked", "held_samples", "renewed", "without_jitter"]
+__all__ = ["Picked", "held_samples", "renewed", "without_jitter"]
 
 Samples = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -151,28 +151,6 @@ def without_jitter(recording: Recording) -> Recording:
         if k not in ("median_rate", "jitter_rms_s", "resolution_s", "rate_nominal")
     }
     return replace(recording, notes={**recording.notes, "timebase": kept})
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HeldSamples(Result):
-    """A sensor that renews its values less often than the log has rows; each value was taken once.
-
-    Attributes
-    ----------
-    rate : float [Hz]
-        Output rate of the sensor.
-    rate_sd : float or None [Hz]
-        Standard uncertainty of the rate; None if the rate of the log is a whole multiple.
-    log_rate : float [Hz]
-        Sample rate of the log.
-    values : int
-        Number of values on the sensor's grid.
-    """
-
-    rate: float
-    rate_sd: float | None
-    log_rate: float
-    values: int
 
 
 def held_samples(recording: Recording) -> HeldSamples | None:

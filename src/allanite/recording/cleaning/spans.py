@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
 from allanite.recording.cleaning.step import masked, surveys
-from allanite.recording.health import disturbance, padding_of, values
+from allanite.recording.health import disturbance, values
+from allanite.recording.health.examination import padding_of
 from allanite.recording.health.finding import Finding
 from allanite.recording.health.meaning import triads
 from allanite.recording.health.motion import LEAST, LENGTH, NOISE, TURNED

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from allanite.fitting.advice import span
+from allanite.fitting.record_lengths import span
 
 __all__ = ["check_sentence"]
 

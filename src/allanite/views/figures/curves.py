@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from allanite.fitting.instrument_floor import OverFloor
+from allanite.fitting.sensor_curves import OverFloor
 from allanite.noise import (
     BY_LETTER,
     GM_PEAK_TAU,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.quantities.display_units import display_unit
-from allanite.recording.health import Severity
+from allanite.recording.health.finding import Severity
 from allanite.recording.records import Recording
 from allanite.study.results import ChannelStudy
 from allanite.study.study import Study

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import marshal
 import sys
 from contextlib import suppress
 from importlib.util import cache_from_source
@@ -31,25 +30,26 @@ from allanite.views.report.powers import with_links, with_powers
 __all__ = ["templates"]
 
 _HERE = Path(__file__).parent
+_DIGEST = 32  # bytes before the code: damage is noticed
 
 
 class KeptCode(BytecodeCache):
-    """The code of templates in files beside that of modules; one that is of another version is replaced."""
+    """The code of templates in files beside that of modules; what is damaged, or of another version, is replaced."""
 
     def load_bytecode(self, bucket: Bucket) -> None:
-        with suppress(OSError, EOFError, TypeError, ValueError):  # none, or damaged: it is compiled again
-            version, code = _place(bucket).read_bytes().split(b"\n", 1)
-            if version.decode() == bucket.checksum:
-                bucket.code = marshal.loads(code)  # noqa: S302 - as Python does with our modules
+        with suppress(OSError):  # there is none
+            content = _place(bucket).read_bytes()
+            if content.startswith(_digest(content[_DIGEST:])):
+                bucket.bytecode_from_string(content[_DIGEST:])
 
     def dump_bytecode(self, bucket: Bucket) -> None:
         if sys.dont_write_bytecode:
             return
-        place = _place(bucket)
-        with suppress(OSError, StorageError):  # a folder that is not ours to write into
+        place, code = _place(bucket), bucket.bytecode_to_string()
+        with suppress(StorageError):  # a folder that is not ours to write into
             make_folder(place.parent)
             with fresh(place, force=True) as file:
-                file.write_bytes(f"{bucket.checksum}\n".encode() + marshal.dumps(bucket.code))
+                file.write_bytes(_digest(code) + code)
 
     def get_cache_key(self, name: str, filename: str | None = None) -> str:
         return name
@@ -58,6 +58,10 @@ class KeptCode(BytecodeCache):
         """Of all that the code follows from: the template, Jinja, and the settings below."""
         versions = f"{jinja2.__version__}\n{Path(__file__).read_text(encoding='utf-8')}"
         return hashlib.sha256(f"{versions}\n{source}".encode()).hexdigest()
+
+
+def _digest(code: bytes) -> bytes:
+    return hashlib.sha256(code).digest()
 
 
 def _place(bucket: Bucket) -> Path:

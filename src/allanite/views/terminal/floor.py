@@ -11,7 +11,7 @@ from allanite.views.terminal.console import console, table_of
 from allanite.views.wording.floor import floor_lines
 
 if TYPE_CHECKING:
-    from allanite.fitting.instrument_floor import OverFloor
+    from allanite.fitting.sensor_curves import OverFloor
 
 __all__ = ["show_over_floor"]
 

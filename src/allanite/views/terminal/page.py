@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from allanite.recording.health import Severity
+from allanite.recording.health.finding import Severity
 from allanite.study.result_document import Reportable
 from allanite.views.blocks import (
     Banner,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.plain_files.printable import printable
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, number
-from allanite.recording.health import Finding, Severity
+from allanite.recording.health.finding import Finding, Severity
 from allanite.views.terminal.console import console, table_of
 from allanite.views.wording.findings import finding_kinds, finding_line, movement, said_of
 from allanite.views.wording.recorded import missing_lines, record_facts
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-    from allanite.fitting.instrument_floor import OverFloor
+    from allanite.fitting.sensor_curves import OverFloor
     from allanite.noise.allan import AllanCurve
     from allanite.noise.allan.interval_error import IntervalError
 
@@ -182,7 +182,7 @@ def _missing(out: Console, facts: Json) -> None:
 
 def show_curve(curve: AllanCurve | OverFloor) -> None:
     """The deviations of a curve with their intervals, in people's units; as many channels abreast as there is room."""
-    from allanite.fitting.instrument_floor import OverFloor
+    from allanite.fitting.sensor_curves import OverFloor
 
     if isinstance(curve, OverFloor):
         from allanite.views.terminal.floor import show_over_floor

@@ -7,8 +7,8 @@ import re
 from collections.abc import Iterable, Sequence
 
 from allanite.plain_files.counted import listed, plural
-from allanite.recording.health import Finding, Severity
 from allanite.recording.health.catalogue import MOVES
+from allanite.recording.health.finding import Finding, Severity
 
 __all__ = [
     "finding_kinds",

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from allanite.fitting.tails import Contamination
+from allanite.fitting.contamination import Contamination
 from allanite.noise import NoiseModel
 from allanite.noise.quick_terms import with_quick_terms_white
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import interval, number
 from allanite.quantities.quantity import Quantity
-from allanite.recording.cleaning.renewed import HeldSamples
+from allanite.recording.sample_hold import HeldSamples
 from allanite.study.results import Aliasing, ChannelModels, ChannelStudy
 
 __all__ = ["provisos"]

@@ -16,7 +16,7 @@ from allanite.noise import GaussMarkov, NoiseModel, Sinusoid
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.number_words import interval, number, probability
-from allanite.recording.health import Finding
+from allanite.recording.health.finding import Finding
 from allanite.views.wording.findings import own_words
 from allanite.views.wording.study import COLUMNS
 
