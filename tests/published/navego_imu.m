@@ -4,7 +4,7 @@
 % gb_dyn, ab_dyn: stationary standard deviation of the Gauss-Markov bias; psd = sigma sqrt(2/T)
 % arrw, vrrw: K; the simulator noise_rrw.m steps by K dt, not K sqrt(dt): too small by sqrt(rate)
 % gb_sta, ab_sta: spread between power-ups, not in a record of one run: yours to set
-% CAUTION: gb_psd and ab_psd come after imu_si_errors, in SI: what it makes of gb_dyn depends on the file of NaveGo
+% CAUTION: set gb_psd and ab_psd after imu_si_errors, in SI: NaveGo derives them from gb_dyn in different ways
 % bias = first-order Gauss-Markov process: sigma its stationary standard deviation, T its time
 % of flicker: sigma = 1.0760 B, the process with the same peak of the Allan deviation, with T = 100 s as given
 % one number for all axes: the worst axis of each parameter; not inflated

@@ -3,7 +3,7 @@
 % continuous: PSINS makes the numbers discrete itself
 % sqrtR0: stationary standard deviation of the bias, Tau its time
 % eb, db, the constant biases, are not a matter of noise: zero here
-% CAUTION: sqrtR0 is a standard deviation where Tau is finite, and a walk per sqrt(h) where it is infinite
+% CAUTION: sqrtR0 is a standard deviation if Tau is finite, and a random walk per sqrt(h) if Tau is infinite
 % bias = first-order Gauss-Markov process: sigma its stationary standard deviation, T its time
 % of flicker: sigma = 1.0760 B, the process with the same peak of the Allan deviation, with T = 100 s as given
 % the random walk K has no slot beside it: over long times the bias drifts more

@@ -48,8 +48,8 @@ USAGE = Usage(
         Slot("VelocityRandomWalk", ACCELEROMETER, N, "mg/sqrt(Hz)"),
         Slot("AccelBiasStability", ACCELEROMETER, _STABILITY[ACCELEROMETER], "ug"),
     ),
-    trap="the bias is a walk of stability/sqrt(tau) and never settles: a bias instability there drifts without limit, "
-    "and so does the default, by 12 deg/h in an hour",
+    trap="the bias is a random walk of stability/sqrt(tau) and never settles: a bias instability there drifts without "
+    "limit, and so does the default, by 12 deg/h in an hour",
 )
 CONSUMER = Consumer(
     name="AirSim",

@@ -43,7 +43,7 @@ USAGE = Usage(
         Slot("accel_bias_std", ACCELEROMETER, WALK, "m/s^3/sqrt(Hz)"),
         Slot("gyro_bias_std", GYROSCOPE, WALK, "rad/s^2/sqrt(Hz)"),
     ),
-    trap="std is a density in these names: of noise_std not that of a sample, of bias_std a walk and not a spread",
+    trap="std means density: noise_std is not that of a sample, and bias_std is a random walk, not a spread",
 )
 CONSUMER = Consumer(
     name="Basalt",

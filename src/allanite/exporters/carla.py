@@ -39,7 +39,7 @@ USAGE = Usage(
         Slot("noise_accel_stddev_", ACCELEROMETER, N.of_a_sample, "m/s^2", axes="xyz"),
         Slot("noise_gyro_stddev_", GYROSCOPE, N.of_a_sample, "rad/s", axes="xyz"),
     ),
-    trap="without sensor_tick a sample comes with every frame, whatever its rate; a density is far too small",
+    trap="without sensor_tick CARLA samples once per frame, at any rate; a density is far too small",
     lost="bias instability and random walk: noise_gyro_bias is a constant, and the accelerometers have none",
 )
 CONSUMER = Consumer(

@@ -41,7 +41,7 @@ USAGE = Usage(
         Slot("b_acc_cov", ACCELEROMETER, WALK.of_a_sample.squared, "m^2/s^6"),
         Slot("b_gyr_cov", GYROSCOPE, WALK.of_a_sample.squared, "rad^2/s^4"),
     ),
-    trap="variances of one sample: a density in their place is far too much, and its square is too little by the rate",
+    trap="enter variances of one sample: N is far too large there, and N^2 is too small by the rate",
 )
 CONSUMER = Consumer(
     name="FAST-LIO2",

@@ -46,7 +46,7 @@ USAGE = Usage(
             Slot(f"{sensor}BiasCorrelationTime", sensor, TIME, "s"),
         )
     ),
-    trap="RandomWalk drives a bias that reverts with BiasCorrelationTime: alone it is no walk over longer times",
+    trap="RandomWalk drives a bias that decays with BiasCorrelationTime: over longer times it is no random walk",
 )
 CONSUMER = Consumer(
     name="the IMU plug-in of Gazebo Classic (RotorS, UUV simulator, PX4 SITL on Ubuntu 20.04 and earlier)",

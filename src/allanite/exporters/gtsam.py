@@ -44,7 +44,7 @@ USAGE = Usage(
         Slot("accelerometerCovariance", ACCELEROMETER, N.squared, "m^2/s^3"),
         Slot("biasAccCovariance", ACCELEROMETER, WALK.squared, "m^2/s^5"),
     ),
-    trap="squares of densities: neither a density itself nor the variance of a sample is what GTSAM divides by dt",
+    trap="enter squares of densities: GTSAM divides them by dt, so neither N nor the variance of a sample is right",
 )
 CONSUMER = Consumer(
     name="GTSAM",

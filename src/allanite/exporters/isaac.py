@@ -35,7 +35,7 @@ USAGE = Usage(
         Slot("GYROSCOPE", GYROSCOPE, N.of_a_sample, "rad/s"),
         Slot("ACCELEROMETER", ACCELEROMETER, N.of_a_sample, "m/s^2"),
     ),
-    trap="the rate is that of the observations, 1/(sim.dt decimation), not of the physics; a density is far too small",
+    trap="use the rate of the observations, 1/(sim.dt decimation), not of the physics; a density is far too small",
     lost="bias instability and random walk: the bias of Isaac Lab stays until a reset, and Isaac Sim has none",
 )
 CONSUMER = Consumer(

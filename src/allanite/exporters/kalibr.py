@@ -56,7 +56,7 @@ USAGE = Usage(
         Slot("gyroscope_noise_density", GYROSCOPE, N, "rad/s/sqrt(Hz)"),
         Slot("gyroscope_random_walk", GYROSCOPE, WALK, "rad/s^2/sqrt(Hz)"),
     ),
-    trap="random_walk is the walk of the bias: neither an angle random walk nor a bias instability belongs there",
+    trap="random_walk is the random walk of the bias, neither an angle random walk nor a bias instability",
 )
 CONSUMER = Consumer(
     name="Kalibr",

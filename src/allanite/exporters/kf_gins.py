@@ -48,7 +48,9 @@ SLOTS = (
 )
 CORRTIME = Slot("corrtime", GYROSCOPE, TIME, "h")
 #: What goes wrong in both programs.
-SIGMA_NOT_FLOOR = "gbstd, abstd are no floor of the Allan deviation; corrtime is in HOURS, one for all"
+SIGMA_NOT_FLOOR = (
+    "gbstd and abstd are not the floor of the Allan deviation; corrtime is in HOURS, one for all"
+)
 USAGE = Usage(
     programs=(Program("KF-GINS", "i2Nav-WHU/KF-GINS: src/kf-gins/gi_engine.cpp"),),
     slots=(*SLOTS, CORRTIME),

@@ -24,7 +24,7 @@ USAGE = Usage(
         ),
     ),
     slots=KALIBR.slots,
-    trap="rate_hz, not update_rate, and the keys below must be there as well: an imu.yaml of Kalibr is not read",
+    trap="Kimera-VIO does not read an imu.yaml of Kalibr: it needs rate_hz and the keys in the comments below",
 )
 CONSUMER = Consumer(
     name="Kimera-VIO",

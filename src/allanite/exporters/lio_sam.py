@@ -35,7 +35,7 @@ USAGE = Usage(
         Slot("imuAccBiasN", ACCELEROMETER, WALK, "m/s^3/sqrt(Hz)"),
         Slot("imuGyrBiasN", GYROSCOPE, WALK, "rad/s^2/sqrt(Hz)"),
     ),
-    trap="imuAccBiasN and imuGyrBiasN are walks, used times the root of the time between scans: no bias instability",
+    trap="imuAccBiasN and imuGyrBiasN are random walks, scaled by the root of the scan interval, not instabilities",
 )
 CONSUMER = Consumer(
     name="LIO-SAM",

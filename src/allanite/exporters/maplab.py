@@ -40,7 +40,7 @@ USAGE = Usage(
         Slot("acc_noise_density", ACCELEROMETER, N, "m/s^2/sqrt(Hz)"),
         Slot("acc_bias_random_walk_noise_density", ACCELEROMETER, WALK, "m/s^3/sqrt(Hz)"),
     ),
-    trap="all four keys are needed, under these names: those of Kalibr are not read",
+    trap="all four keys are required under these names; those of Kalibr are not read",
 )
 CONSUMER = Consumer(
     name="maplab",

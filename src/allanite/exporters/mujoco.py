@@ -33,7 +33,7 @@ USAGE = Usage(
         Slot("gyro.noise", GYROSCOPE, N.of_a_sample, "rad/s"),
         Slot("accelerometer.noise", ACCELEROMETER, N.of_a_sample, "m/s^2"),
     ),
-    trap="MuJoCo adds no noise since 3.1.4: sensordata + sensor_noise randn() is yours to do, once for each sample",
+    trap="MuJoCo adds no noise since 3.1.4: add sensor_noise randn() to sensordata yourself, once per sample",
     lost="bias instability and random walk: the bias is zero",
 )
 CONSUMER = Consumer(

@@ -52,7 +52,7 @@ USAGE = Usage(
         Program("NaveGo", "rodralez/NaveGo: ins/imu_si_errors.m, ins-gnss/F_update.m, ins-gnss/ins_gnss.m"),
     ),
     slots=(*_RAW, *_FITTED),
-    trap="gb_psd and ab_psd come after imu_si_errors, in SI: what it makes of gb_dyn depends on the file of NaveGo",
+    trap="set gb_psd and ab_psd after imu_si_errors, in SI: NaveGo derives them from gb_dyn in different ways",
 )
 CONSUMER = Consumer(
     name="NaveGo",

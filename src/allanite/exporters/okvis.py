@@ -39,7 +39,7 @@ USAGE = Usage(
         Slot("sigma_gw_c", GYROSCOPE, WALK, "rad/s^2/sqrt(Hz)"),
         Slot("sigma_aw_c", ACCELEROMETER, WALK, "m/s^3/sqrt(Hz)"),
     ),
-    trap="sigma_gw_c and sigma_aw_c are walks; sigma_bg and sigma_ba, spreads at power-up, are no bias instability",
+    trap="sigma_gw_c and sigma_aw_c are bias random walks; sigma_bg and sigma_ba are spreads at turn-on",
 )
 CONSUMER = Consumer(
     name="OKVIS",

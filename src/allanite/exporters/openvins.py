@@ -53,7 +53,7 @@ TAKES = "either"
 USAGE = Usage(  # the four numbers are those of an imu.yaml of Kalibr
     programs=(Program("OpenVINS", "rpng/open_vins: ov_msckf/src/state/Propagator.cpp"),),
     slots=kalibr.USAGE.slots,
-    trap="the names of Kalibr, under imu0 and beside its matrices: an imu.yaml of Kalibr alone is not read",
+    trap="OpenVINS reads these keys under imu0, beside its matrices; it does not read an imu.yaml of Kalibr",
 )
 CONSUMER = Consumer(
     name="OpenVINS",

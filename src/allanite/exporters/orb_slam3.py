@@ -35,7 +35,7 @@ USAGE = Usage(
         Slot("IMU.GyroWalk", GYROSCOPE, WALK, "rad/s^2/sqrt(Hz)"),
         Slot("IMU.AccWalk", ACCELEROMETER, WALK, "m/s^3/sqrt(Hz)"),
     ),
-    trap="IMU.Frequency makes the numbers discrete: it must be the rate of the stream, not of the camera",
+    trap="IMU.Frequency must be the rate of the IMU, not of the camera: ORB-SLAM3 scales the noise by it",
 )
 CONSUMER = Consumer(
     name="ORB-SLAM3",

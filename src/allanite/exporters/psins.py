@@ -42,7 +42,7 @@ USAGE = Usage(
         Slot("sqrtR0A", ACCELEROMETER, SIGMA, "ug"),
         Slot("TauA", ACCELEROMETER, TIME, "s"),
     ),
-    trap="sqrtR0 is a standard deviation where Tau is finite, and a walk per sqrt(h) where it is infinite",
+    trap="sqrtR0 is a standard deviation if Tau is finite, and a random walk per sqrt(h) if Tau is infinite",
 )
 CONSUMER = Consumer(
     name="PSINS",

@@ -36,7 +36,7 @@ USAGE = Usage(
         for sensor in (GYROSCOPE, ACCELEROMETER)
         for i, (key, formula) in enumerate({"noise": N, "bias_walk": WALK}.items())
     ),
-    trap="bias_walk without a bias_sd above zero has no state to walk in",
+    trap="bias_walk needs a bias_sd above zero: without it there is no bias state",
 )
 CONSUMER = Consumer(
     name="pyins",

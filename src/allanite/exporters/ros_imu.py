@@ -36,7 +36,7 @@ USAGE = Usage(
         Slot("angular_velocity_covariance", GYROSCOPE, N.of_a_sample.squared, "rad^2/s^2"),
         Slot("linear_acceleration_covariance", ACCELEROMETER, N.of_a_sample.squared, "m^2/s^4"),
     ),
-    trap="all zeros mean UNKNOWN, not exact; robot_localization raises a variance below 1e-9 to 1e-9",
+    trap="all zeros mean UNKNOWN, not exact; robot_localization raises variances below 1e-9 to 1e-9",
     lost="bias instability and random walk: robot_localization has no state for a bias of the IMU",
 )
 CONSUMER = Consumer(

@@ -36,7 +36,7 @@ USAGE = Usage(
         Slot("gyb_", GYROSCOPE, WALK.squared, "rad^2/s^3", axes="012"),
         Slot("att_", GYROSCOPE, N.squared, "rad^2/s", axes="012"),
     ),
-    trap="squares of densities, under names of states: vel is the noise of the accelerometers, att that of the gyros",
+    trap="squares of densities under the names of states: vel holds the accelerometer noise, att the gyroscope noise",
 )
 CONSUMER = Consumer(
     name="ROVIO",

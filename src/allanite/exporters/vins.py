@@ -45,7 +45,7 @@ USAGE = Usage(
         Slot("gyr_n", GYROSCOPE, _HALF_WEIGHTS, "rad/s"),
         Slot("gyr_w", GYROSCOPE, WALK.of_a_sample, "rad/s^2"),
     ),
-    trap="n = N sqrt(f), in common use, is half of the variance in its code; w is multiplied by sqrt(f), not divided",
+    trap="n = N sqrt(f), in common use, gives half of the variance; w is multiplied by sqrt(f), not divided",
 )
 CONSUMER = Consumer(
     name="VINS-Mono and VINS-Fusion",

@@ -3,7 +3,7 @@
 
 WbLookupTable interpolates output and noise between its rows, and gives output (1 + noise g), g normal: the noise is a
 share of the output, and a sensor that reads zero has none. So the output of this table is shifted far from zero, by an
-offset that the controller takes off again: noise = deviation/output is then the deviation, within 1e-6 of it.
+offset that the controller subtracts: noise = deviation/output is then the deviation, within 1e-6 of it.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ USAGE = Usage(
         Slot(f"{node}.lookupTable", sensor, N.of_a_sample.times(1 / offset, f"{1 / offset:.0e}"), "1")
         for sensor, (node, _, offset, _) in _NODES.items()
     ),
-    trap="the third column is a share of the output, not a deviation: with the usual table a sensor at rest has no "
-    "noise. TAKE OFF THE OFFSET in the controller",
+    trap="the third column is relative to the output: with the usual table a sensor at rest has no noise. SUBTRACT THE "
+    "OFFSET in the controller",
     lost="bias instability and random walk: the bias is zero",
 )
 CONSUMER = Consumer(

@@ -25,8 +25,8 @@ __all__ = ["LOWER_BOUNDS", "AutopilotWrite", "autopilot_writer"]
 Json = Mapping[str, Any]
 
 LOWER_BOUNDS = (
-    "LOWER BOUNDS, the noise of the sensor at rest without the vibration of an airframe. The lines are comments: take "
-    "one in only where it raises the value that is set"
+    "LOWER BOUNDS: the sensor at rest, without the vibration of an airframe. The lines are comments: use one only if "
+    "it raises the value that is set"
 )
 
 
