@@ -5,10 +5,8 @@ from __future__ import annotations
 
 import json
 import math
-import mmap
 import tracemalloc
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +15,7 @@ import pytest
 import allanite as al
 from allanite.errors import InputError
 from allanite.filtering.kalman import filter_recording
-from allanite.filtering.kalman.series import BlockSeries, envelope
+from allanite.filtering.kalman.series import envelope
 from allanite.noise import (
     Estimate,
     Flicker,
@@ -29,8 +27,10 @@ from allanite.noise import (
     Sinusoid,
     White,
 )
+from allanite.recording.block_series import BlockSeries
 from allanite.recording.records import Channel, Kind, Recording
 from allanite.recording.sample_columns import ArrayColumn
+from resident_memory import needs_resident_bytes, resident_bytes
 
 DEG = math.radians(1)
 #: A gyro whose drift shows within minutes.
@@ -215,7 +215,7 @@ def test_memory_is_bounded(smooth: bool, monkeypatch: pytest.MonkeyPatch) -> Non
     """
     source = record(duration=(1 << 16) / 8)
     kept = filter_recording(source, GYRO, smooth=smooth)
-    monkeypatch.setattr("allanite.filtering.kalman.series.IN_MEMORY", 0)
+    monkeypatch.setattr("allanite.recording.block_series.IN_MEMORY", 0)
     monkeypatch.setattr("allanite.filtering.kalman.filtered._ROWS", 1 << 11)
     monkeypatch.setattr("allanite.filtering.kalman.smoothing._BYTES", 1 << 19)
     shown: list[float] = []
@@ -233,10 +233,10 @@ def test_memory_is_bounded(smooth: bool, monkeypatch: pytest.MonkeyPatch) -> Non
     assert shown[-1] == 1.0
 
 
-@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="counts resident pages as Linux does")
+@needs_resident_bytes
 def test_a_picture_leaves_no_series_in_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pages of a file that is mapped count as memory of the process as long as they are not given back."""
-    monkeypatch.setattr("allanite.filtering.kalman.series.IN_MEMORY", 0)
+    monkeypatch.setattr("allanite.recording.block_series.IN_MEMORY", 0)
     rows, block = 1 << 23, np.ones(1 << 18)
     series = BlockSeries(rows)
     for start in range(0, rows, len(block)):
@@ -246,11 +246,6 @@ def test_a_picture_leaves_no_series_in_memory(monkeypatch: pytest.MonkeyPatch) -
     before = resident_bytes()
     assert envelope(whole, whole)[2].max() == 2.0
     assert resident_bytes() - before < whole.nbytes / 4
-
-
-def resident_bytes() -> int:
-    """Memory of this process now."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * mmap.PAGESIZE
 
 
 def test_broken_covariance_falls_back_to_the_square_root_form(monkeypatch: pytest.MonkeyPatch) -> None:

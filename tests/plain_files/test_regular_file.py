@@ -220,7 +220,7 @@ MAY = {
     "commands/fleet/partitions.py": "files that it has written",
     "commands/fleet/log_process.py": "the null device, and /proc",
     "exporters/cpp.py": "a header of the package",
-    "filtering/kalman/series.py": "a temporary file of its own",
+    "recording/block_series.py": "a temporary file of its own",
     "files/store/compaction.py": "the file that it has just written, to compare it",
     "commands/cli/program.py": "the null device in place of a closed pipe",
     "files/store/disk.py": "writes",

@@ -17,6 +17,7 @@ from allanite.errors import StorageError
 from allanite.study.study import Study
 from allanite.views.report import html_of
 from allanite.views.report.powers import with_links, with_powers
+from allanite.views.wording.study import CoefficientWording, reading
 from axe import require_axe, violations
 from figure_labels import draw_all, misplaced_labels, unfold
 from pages import Balance, document_of, text_of
@@ -214,6 +215,29 @@ def test_a_report_is_never_replaced_by_accident(tmp_path: Path) -> None:
     assert al.render(study, target, force=True) == target
     assert target.read_text(encoding="utf-8").startswith("<!doctype html>")
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_coefficients_are_worded_a_fixed_number_of_times_for_a_channel(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """However many channels there are: words for all others in each row of a table take the square of their number."""
+    calls = 0
+
+    def counted(*given: Any, **named: Any) -> CoefficientWording:
+        nonlocal calls
+        calls += 1
+        return reading(*given, **named)
+
+    monkeypatch.setattr("allanite.views.wording.study.reading", counted)
+    counts = []
+    for copies in (4, 8):
+        study = sample_study.build()
+        first = study["channels"][0]
+        study["channels"] = [{**first, "name": f"gyro_{k}"} for k in range(copies)]
+        calls = 0
+        html_of(study)
+        counts.append(calls)
+    assert counts[1] == 2 * counts[0] > 0
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:

@@ -16,7 +16,17 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
 
-__all__ = ["ArrayColumn", "Calculated", "Column", "Masked", "Slice", "Spliced", "View", "merge_spans"]
+__all__ = [
+    "ArrayColumn",
+    "Calculated",
+    "Column",
+    "Masked",
+    "Slice",
+    "Spliced",
+    "View",
+    "let_go",
+    "merge_spans",
+]
 
 Spans = NDArray[np.int64]
 Samples = NDArray[np.float64]
@@ -75,13 +85,13 @@ class ArrayColumn:
 
     def read(self, start: int, stop: int) -> Samples:
         part = self._array[start:stop]
-        _let_go(self._array, start)
+        let_go(self._array, start)
         if self._base:  # exact: float64 has 53 bits, the samples have 64
             part = part - part.dtype.type(self._base)
         return np.asarray(part, dtype=np.float64)
 
 
-def _let_go(array: NDArray[Any], before: int) -> None:
+def let_go(array: NDArray[Any], before: int) -> None:
     """Give the pages of a memory map that lie before a position back: they are read again if they are asked for.
 
     A log larger than memory would otherwise fill it while it is read once from end to end.

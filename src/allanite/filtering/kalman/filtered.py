@@ -24,10 +24,11 @@ from allanite.filtering.kalman.channel import (
 from allanite.filtering.kalman.consistency import Consistency, ConsistencySums
 from allanite.filtering.kalman.estimate import FilterConditions, FilterEstimate, TermSeries, TestedFilter
 from allanite.filtering.kalman.filtering import FilterRun, Form
-from allanite.filtering.kalman.series import BlockSeries, SeriesEnvelope, instants
+from allanite.filtering.kalman.series import SeriesEnvelope, instants
 from allanite.filtering.kalman.smoothing import block_rows, smoothed_blocks
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
+from allanite.recording.block_series import BlockSeries
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling
 
 __all__ = ["Filtered", "filter_recording"]

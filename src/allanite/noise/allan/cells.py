@@ -27,12 +27,16 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, Ramp, TermType
 from allanite.noise.allan.covariance import cross_covariance, distance_nodes, in_samples
 from allanite.noise.allan.statistics import STATISTICS, Phase
+from allanite.recording.sample_columns import let_go
 
 __all__ = ["AllanCells", "cell_covariance", "cells_of"]
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
 Spans = NDArray[np.int64]
+
+#: Starts that are summed before the pages of a phase in a file are given back.
+_AT_ONCE = 1 << 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,8 +142,12 @@ def _sums(x: Array, m: int, runs: Spans, length: int, windows: int) -> Array:
         if len(part):
             blocks = min(int(part[-1, 1] - 1) // block + 1, windows - into)
             ends = np.array([0, len(part)], dtype=np.int64)
-            squares = _kernels.difference_squares(x[shift:], 2, lags, part, ends, 0, blocks, block)
-            sums[into : into + blocks] = squares[:, 0]
+            several = max(_AT_ONCE // block, 1)
+            for k in range(0, blocks, several):
+                stop = min(k + several, blocks)
+                squares = _kernels.difference_squares(x[shift:], 2, lags, part, ends, k, stop, block)
+                sums[into + k : into + stop] = squares[:, 0]
+                let_go(x, len(x))
     return sums
 
 

@@ -11,19 +11,20 @@ are computed themselves: what two channels do not share is there without cancell
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite import _kernels
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.covariance import complete_starts
+from allanite.noise.allan.statistics import block_sums, total_length
+from allanite.recording.block_series import made_by_blocks
 
 __all__ = ["AllanMatrix", "allan_matrix"]
 
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
-
-_BLOCK = 1 << 15  # starts summed as one partial sum, as for one channel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,35 +48,32 @@ class AllanMatrix:
     count: NDArray[np.int64]
 
 
-def allan_matrix(phases: Array, missing: Spans, lags: NDArray[np.int64]) -> AllanMatrix:
+def allan_matrix(phases: Sequence[Array] | Array, missing: Spans, lags: NDArray[np.int64]) -> AllanMatrix:
     """Allan covariance matrix of channels that were recorded together.
 
     Parameters
     ----------
-    phases : ndarray, shape (n, n_samples + 1)
+    phases : n ndarrays, shape (n_samples + 1,)
         Running sums of the samples of each channel, in one unit, less a constant rate; finite everywhere.
     missing : ndarray of int64, shape (n_runs, 2) [samples]
         Where any of the channels is missing.
     lags : ndarray of int64, shape (n_lags,)
         NaN where no position is complete.
     """
-    n, points = phases.shape
+    n, points = len(phases), len(phases[0])
     runs = [complete_starts(missing, points - 1, 2 * int(m)) for m in lags]
-    count = np.array([int((r[:, 1] - r[:, 0]).sum()) for r in runs], dtype=np.int64)
-    offsets = np.concatenate(([0], np.cumsum([len(r) for r in runs]))).astype(np.int64)
-    flat = np.ascontiguousarray(np.concatenate(runs))
+    count = np.array([total_length(r) for r in runs], dtype=np.int64)
     with np.errstate(divide="ignore", invalid="ignore"):
         norm = 2.0 * lags.astype(np.float64) ** 2 * np.where(count > 0, count, np.nan)
 
     def variance(x: Array) -> Array:
-        x = np.ascontiguousarray(x)
-        sums = _kernels.difference_squares(x, 2, lags, flat, offsets, 0, -(-(points - 1) // _BLOCK), _BLOCK)
-        return np.asarray(sums.sum(axis=0) / norm)
+        return np.asarray(block_sums(np.asanyarray(x, order="C"), 2, lags, runs, 1) / norm)
 
     variances = np.stack([variance(x) for x in phases], axis=1)
     difference = np.zeros((len(lags), n, n))
     for i in range(n):
         for j in range(i):
-            difference[:, i, j] = difference[:, j, i] = variance(phases[i] - phases[j])
+            apart = made_by_blocks(np.subtract, phases[i], phases[j])
+            difference[:, i, j] = difference[:, j, i] = variance(apart)
     covariance = 0.5 * (variances[:, :, None] + variances[:, None, :] - difference)
     return AllanMatrix(lags=lags, covariance=covariance, difference=difference, count=count)

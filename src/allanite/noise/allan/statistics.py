@@ -40,15 +40,19 @@ from allanite.errors import DataQualityError, InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.covariance import complete_starts, touching_starts
 from allanite.plain_files.counted import plural
-from allanite.recording.records import OVERLOAD, Recording, merge_spans
+from allanite.recording.block_series import BlockSeries
+from allanite.recording.records import BLOCK, OVERLOAD, Recording, merge_spans
+from allanite.recording.sample_columns import ArrayColumn, let_go
 
 __all__ = [
     "STATISTICS",
     "Phase",
     "Statistic",
+    "block_sums",
     "complete_runs",
     "first_level",
     "in_threads",
+    "inside",
     "longest_lag",
     "merge_touching",
     "phase_of",
@@ -65,7 +69,7 @@ Progress = Callable[[float], None]
 _BLOCK = (
     1 << 15
 )  # starts summed as one partial sum: fixed, so that any number of threads gives the same digits
-_TASK = 64  # blocks per task
+_TASK, _MAPPED_TASK = 64, 8  # blocks per task; of a phase in a file, whose pages are given back after each
 _RUNS = 150_000  # runs of complete windows held at once (2 MiB): scattered gaps make many
 _ROUNDED = 8.0  # roundings in a second difference of the phase, at most
 
@@ -203,11 +207,18 @@ class Phase:
         return complete_runs(statistic, m, self.missing, self.n_samples, self.pointwise)
 
 
-def phase_of(recording: Recording, name: str, progress: Progress | None = None) -> Phase:
-    """The phase of one channel, streamed block by block: the only full-length array that is made.
+def phase_of(
+    recording: Recording, name: str, progress: Progress | None = None, *, factor: float = 1.0
+) -> Phase:
+    """The phase of one channel, streamed block by block: the only full-length series that is made.
 
     The first block's mean is removed before summing: 2.5 V with 1 uV of noise would otherwise be 1 % wrong
     after 1e9 samples.
+
+    Parameters
+    ----------
+    factor : float
+        Of the running sum: the scale of the channel, for one in SI.
 
     Raises
     ------
@@ -220,24 +231,29 @@ def phase_of(recording: Recording, name: str, progress: Progress | None = None) 
             f"channel {name!r} has {plural(n, 'sample')}; an Allan variance needs at least 3"
         )
     if recording[name].kind.integrated:
-        return _recorded_phase(recording, name)
-    x = np.zeros(n + 1)
+        return _recorded_phase(recording, name, factor)
+    x, part = BlockSeries(n + 1), np.zeros(min(n, BLOCK))
+    x.put(0, part[:1])
     runs, offset, level = [], first_level(recording, name), 0.0
     for start, block in recording.blocks(name):
         block = np.ascontiguousarray(block)
         runs.append(_kernels.missing_runs(block, start))
-        level = _kernels.integrate(block, offset, level, x[1 + start : 1 + start + len(block)])
+        level = _kernels.integrate(block, offset, level, part[: len(block)])
+        summed = part[: len(block)]
+        x.put(1 + start, summed if factor == 1.0 else summed * factor)
         if progress is not None:
             progress((start + len(block)) / n)
     missing = merge_touching(np.concatenate(runs))
     if len(missing) and int((missing[:, 1] - missing[:, 0]).sum()) == n:
         raise DataQualityError(f"channel {name!r}: all {n} samples are missing")
-    return Phase(x=x, missing=missing)
+    return Phase(x=x.finish(), missing=missing)
 
 
 def rounding_variance(x: Array, m: NDArray[np.int64]) -> Array:
     """Allan variance at lags m that rounding of a phase x alone makes of samples that are all the same, shape of m."""
-    error = _ROUNDED * np.finfo(np.float64).eps * float(np.abs(x).max())
+    column = ArrayColumn(x)  # its pages are not kept in memory
+    largest = max(float(np.abs(column.read(k, k + BLOCK)).max()) for k in range(0, len(x), BLOCK))
+    error = _ROUNDED * np.finfo(np.float64).eps * largest
     return np.asarray((error / m) ** 2)
 
 
@@ -250,7 +266,7 @@ def first_level(recording: Recording, name: str) -> float:
     return 0.0
 
 
-def _recorded_phase(recording: Recording, name: str) -> Phase:
+def _recorded_phase(recording: Recording, name: str, factor: float) -> Phase:
     """Angles as phase: theta/Ts, with the missing points bridged by a line (they enter no term)."""
     theta = recording.values(name) * recording.rate
     bad = ~np.isfinite(theta)
@@ -262,7 +278,7 @@ def _recorded_phase(recording: Recording, name: str) -> Phase:
         missing = _kernels.missing_runs(np.ascontiguousarray(theta), 0)
         theta = np.interp(position, position[~bad], theta[~bad])
     slope = (theta[-1] - theta[0]) / (len(theta) - 1)
-    return Phase(x=theta - theta[0] - slope * position, missing=missing, pointwise=True)
+    return Phase(x=(theta - theta[0] - slope * position) * factor, missing=missing, pointwise=True)
 
 
 def merge_touching(runs: Spans) -> Spans:
@@ -359,23 +375,45 @@ def _sums(
     workers: int,
     progress: Progress | None,
 ) -> Array:
+    return block_sums(phase.x, statistic.order, lags, runs, workers, progress)
+
+
+def block_sums(
+    x: Array,
+    order: int,
+    lags: NDArray[np.int64],
+    runs: Sequence[Spans],
+    workers: int,
+    progress: Progress | None = None,
+) -> Array:
+    """Sums of squared differences of a phase at each lag over its runs, in memory of some blocks, shape (n_lags,).
+
+    Parameters
+    ----------
+    x : ndarray, shape (n_samples + 1,)
+    order : int
+        2 (Allan) or 3 (Hadamard).
+    lags : ndarray of int64, shape (n_lags,)
+    runs : sequence of ndarray of int64, shape (n_runs, 2)
+        Complete starts of each lag.
+    """
     offsets = np.concatenate(([0], np.cumsum([len(r) for r in runs]))).astype(np.int64)
     flat = np.ascontiguousarray(np.concatenate(runs))
-    blocks = -(-phase.n_samples // _BLOCK)
+    blocks = -(-(len(x) - 1) // _BLOCK)
     partial = np.empty((blocks, len(lags)))
+    size = _MAPPED_TASK if isinstance(x, np.memmap) else _TASK
     done = 0
 
     def task(first: int) -> None:
         nonlocal done
-        last = min(first + _TASK, blocks)
-        partial[first:last] = _kernels.difference_squares(
-            phase.x, statistic.order, lags, flat, offsets, first, last, _BLOCK
-        )
+        last = min(first + size, blocks)
+        partial[first:last] = _kernels.difference_squares(x, order, lags, flat, offsets, first, last, _BLOCK)
+        let_go(x, len(x))
         done += last - first
         if progress is not None:
             progress(done / blocks)
 
-    in_threads(task, range(0, blocks, _TASK), workers)
+    in_threads(task, range(0, blocks, size), workers)
     return np.asarray(partial.sum(axis=0))
 
 
@@ -413,12 +451,13 @@ def _strided(phase: Phase, statistic: Statistic, lags: NDArray[np.int64]) -> tup
         difference = np.diff(phase.x[:: int(m)], n=statistic.order)
         if len(phase.missing):
             starts = np.arange(len(difference)) * int(m)
-            difference = difference[_inside(starts, phase.starts(statistic, int(m)))]
+            difference = difference[inside(starts, phase.starts(statistic, int(m)))]
         sums[i], count[i] = np.dot(difference, difference), len(difference)
     return sums, count
 
 
-def _inside(positions: NDArray[np.int64], runs: Spans) -> NDArray[np.bool_]:
+def inside(positions: NDArray[np.int64], runs: Spans) -> NDArray[np.bool_]:
+    """Which positions lie in one of the runs, which are sorted."""
     if len(runs) == 0:
         return np.zeros(len(positions), dtype=bool)
     run = np.searchsorted(runs[:, 0], positions, side="right") - 1

@@ -9,7 +9,7 @@ noise that steps does not look like tails.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,12 +51,12 @@ def phase_kurtosis(x: NDArray[np.float64], missing: NDArray[np.int64]) -> float:
     return kurtosis if kurtosis > _SLIGHT else 0.0
 
 
-def kurtosis_of(stretches: Sequence[NDArray[np.float64]] | NDArray[np.float64], without: int = 0) -> float:
+def kurtosis_of(stretches: Iterable[NDArray[np.float64]], without: int = 0) -> float:
     """Excess kurtosis of independent samples from stretches of their differences; 0.0 where it may be chance.
 
     Parameters
     ----------
-    stretches : sequence of ndarray
+    stretches : iterable of ndarray
         Second differences of the phase; a stretch in which nothing moves does not count.
     without : int
         Stretches of the largest kurtosis that are left out.

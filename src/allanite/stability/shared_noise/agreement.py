@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.noise.allan.covariance import complete_starts
+from allanite.noise.allan.statistics import inside
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
 from allanite.stability.shared_noise.quadratic import covariance_of
 from allanite.stability.shared_noise.results import PairAgreement
@@ -86,19 +87,19 @@ def delay_of(first: Array, second: Array, missing: Spans, lag: int, edf: float) 
     shifts = np.arange(-reach, reach + 1, step) // step * step
     stride = max(n // _POSITIONS, 1)
     at = np.arange(reach, n - 2 * lag - reach, stride)
-    ready = np.zeros(n + 1, dtype=np.bool_)
-    for a, b in starts:
-        ready[a:b] = True
-    d = [x[2 * lag :] - 2 * x[lag:-lag] + x[: -2 * lag] for x in (first, second)]
     correlations = np.zeros(len(shifts))
     for k, shift in enumerate(shifts):
-        use = at[ready[at] & ready[at + shift]]
+        use = at[inside(at, starts) & inside(at + shift, starts)]
         if len(use) < 16:
             return 0
-        one, two = d[0][use], d[1][use + shift]
+        one, two = _second_difference(first, use, lag), _second_difference(second, use + shift, lag)
         size = math.sqrt(float(one @ one) * float(two @ two))
         correlations[k] = float(one @ two) / size if size > 0 else 0.0
     z = np.arctanh(np.clip(correlations, -1 + 1e-9, 1 - 1e-9)) * math.sqrt(max(edf - 2.0, 1.0))
     zero = z[int(np.flatnonzero(shifts == 0)[0])]
     best = int(np.argmax(z))
     return int(shifts[best]) if z[best] - max(zero, 0.0) > _CLEARER else 0
+
+
+def _second_difference(x: Array, at: NDArray[np.int64], lag: int) -> Array:
+    return np.asarray(x[at + 2 * lag] - 2 * x[at + lag] + x[at])

@@ -20,7 +20,7 @@ from allanite.noise.allan.covariance import complete_starts, lag_pairs
 from allanite.noise.allan.degrees import chi_square_factors
 from allanite.noise.allan.lags import octave_lags
 from allanite.noise.allan.matrix import AllanMatrix, allan_matrix
-from allanite.noise.allan.statistics import Phase, phase_of, rounding_variance
+from allanite.noise.allan.statistics import phase_of, rounding_variance
 from allanite.plain_files.counted import listed
 from allanite.quantities.distributions import normal_quantile
 from allanite.recording.channel_names import for_shell
@@ -84,8 +84,9 @@ def separate_noise(
 
     Notes
     -----
-    The phases of all channels are held in memory. What is not validated: that the common part is the same in all
-    (three sensors: tested), and that own parts are independent of each other and of it, which no data can tell.
+    Phases of more than 8 million samples are kept in temporary files. What is not validated: that the common part is
+    the same in all (three sensors: tested), and that own parts are independent of each other and of it, which no data
+    can tell.
     """
     if not (isinstance(confidence, (int, float)) and 0 < confidence < 1):
         raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
@@ -94,7 +95,7 @@ def separate_noise(
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "summing")
     phases, missing = _phases(recording, names, signs)
-    n_samples = phases.shape[1] - 1
+    n_samples = len(phases[0]) - 1
     matrix = _measured(phases, missing, names)
     advance(0.5, "fitting")
     pairs = lag_pairs(
@@ -143,13 +144,14 @@ def _signs(names: Sequence[str], opposite: Sequence[str]) -> Array:
     return np.array([-1.0 if name in opposite else 1.0 for name in names])
 
 
-def _phases(recording: Recording, names: Sequence[str], signs: Array) -> tuple[Array, Spans]:
-    of_channels: list[Phase] = [phase_of(recording, name) for name in names]
-    n_samples = of_channels[0].n_samples
-    phases = np.stack(
-        [p.x * (s * recording[n].scale) for p, s, n in zip(of_channels, signs, names, strict=True)]
-    )
-    gaps = [p.missing if not p.pointwise else np.clip(p.missing + [-1, 0], 0, n_samples) for p in of_channels]
+def _phases(recording: Recording, names: Sequence[str], signs: Array) -> tuple[list[Array], Spans]:
+    """Phases of the channels in SI, and where any of them is missing."""
+    phases, gaps, n_samples = [], [], recording.n_samples
+    for name, sign in zip(names, signs, strict=True):
+        phase = phase_of(recording, name, factor=float(sign) * recording[name].scale)
+        n_samples = phase.n_samples
+        phases.append(phase.x)
+        gaps.append(np.clip(phase.missing + [-1, 0], 0, n_samples) if phase.pointwise else phase.missing)
     missing = merge_spans(np.concatenate(gaps))
     present = n_samples - int((missing[:, 1] - missing[:, 0]).sum())
     if present < _FEWEST_SAMPLES:
@@ -163,8 +165,8 @@ def _starts(missing: Spans, n_samples: int, lags: NDArray[np.int64]) -> list[Spa
     return [complete_starts(missing, n_samples, 2 * int(m)) for m in lags]
 
 
-def _measured(phases: Array, missing: Spans, names: Sequence[str]) -> AllanMatrix:
-    lags = octave_lags(phases.shape[1] - 1, window=_LONGEST)
+def _measured(phases: Sequence[Array], missing: Spans, names: Sequence[str]) -> AllanMatrix:
+    lags = octave_lags(len(phases[0]) - 1, window=_LONGEST)
     matrix = allan_matrix(phases, missing, lags)
     variances = np.einsum("lii->li", matrix.covariance)
     rounding = np.stack([rounding_variance(x, lags) for x in phases], axis=1)
@@ -191,7 +193,7 @@ def _separation(
     recording: Recording,
     names: tuple[str, ...],
     opposite: Sequence[str],
-    phases: Array,
+    phases: Sequence[Array],
     missing: Spans,
     matrix: AllanMatrix,
     terms: FittedTerms,
@@ -343,7 +345,7 @@ class _Estimator:
 
 
 def _delays(
-    phases: Array,
+    phases: Sequence[Array],
     missing: Spans,
     matrix: AllanMatrix,
     names: Sequence[str],

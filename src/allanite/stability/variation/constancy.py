@@ -177,10 +177,10 @@ def excess_kurtosis(x: Array, cells: AllanCells) -> float:
     if len(here) == 0 or cells.lags[0] != 1:
         return 0.0
     most = max(_ENOUGH // len(here), 64)
-    stretches = []
-    for i in here:
-        first, last = int(cells.first[i]), int(cells.last[i])
-        if cells.count[i] < last - first or last - first < 16:
-            continue  # samples are missing in it
-        stretches.append(np.diff(x[first : min(last, first + most) + 2], n=2))
-    return kurtosis_of(stretches)
+    extents = ((int(cells.first[i]), int(cells.last[i]), int(cells.count[i])) for i in here)
+    # a stretch at a time; none of a window in which samples are missing
+    return kurtosis_of(
+        np.diff(x[first : min(last, first + most) + 2], n=2)
+        for first, last, count in extents
+        if count == last - first >= 16
+    )

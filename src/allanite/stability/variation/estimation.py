@@ -87,7 +87,7 @@ def examine_variation(
 
     Notes
     -----
-    The phase of one channel is held in memory (8 bytes a sample).
+    The phase of one channel is held in memory, that of more than 8 million samples in a temporary file.
     """
     for word, value in (("confidence", confidence), ("false_alarm", false_alarm)):
         if not (isinstance(value, (int, float)) and 0 < value < 1):

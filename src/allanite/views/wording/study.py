@@ -337,12 +337,12 @@ class KeyNumber:
 
 def key_numbers(group: ChannelGroup[C]) -> list[KeyNumber]:
     """The terms that the record resolves: of several channels the smallest to the largest value."""
-    return [n for symbol in COLUMNS if (n := _key_number(group, symbol)) is not None]
+    return [n for term in _terms(group) if (n := _key_number(group, term)) is not None]
 
 
 def limit_words(group: ChannelGroup[C]) -> str:
     """The terms that no channel resolves, each with the largest of its limits; "" where there are none."""
-    absent = [a for symbol in COLUMNS if (a := _absent(group, symbol))]
+    absent = [a for term in _terms(group) if (a := _absent(term))]
     return f"Not resolved: {', '.join(absent)}." if absent else ""
 
 
@@ -374,9 +374,33 @@ def is_poor(model: NoiseModel) -> bool:
     return p is not None and p < 0.01
 
 
-def _key_number(group: ChannelGroup[C], symbol: str) -> KeyNumber | None:
+@dataclass(frozen=True, slots=True)
+class _Term:
+    """One term in the channels that know anything of it, by their names."""
+
+    symbol: str
+    known: Mapping[str, CoefficientWording]
+
+    @property
+    def resolved(self) -> dict[str, CoefficientWording]:
+        return {name: r for name, r in self.known.items() if r.supported}
+
+    @property
+    def limits(self) -> dict[str, CoefficientWording]:
+        return {name: r for name, r in self.known.items() if not r.supported}
+
+
+def _terms(group: ChannelGroup[C]) -> list[_Term]:
+    read = [(c.name, readings(c)) for c in group.channels]
+    return [
+        _Term(symbol, {name: r for name, rs in read if (r := rs.get(symbol)) and r.amount is not None})
+        for symbol in COLUMNS
+    ]
+
+
+def _key_number(group: ChannelGroup[C], term: _Term) -> KeyNumber | None:
     """Where a term is resolved, and where it is only bounded; None where no channel resolves it."""
-    resolved, limits = _resolved_and_limits(group, symbol)
+    symbol, resolved, limits = term.symbol, term.resolved, term.limits
     if not resolved:
         return None
     some = sorted(resolved.values(), key=lambda r: r.amount or 0.0)
@@ -391,18 +415,11 @@ def _key_number(group: ChannelGroup[C], symbol: str) -> KeyNumber | None:
     )
 
 
-def _absent(group: ChannelGroup[C], symbol: str) -> str:
+def _absent(term: _Term) -> str:
     """A term that no channel resolves, with the largest of its limits."""
-    resolved, limits = _resolved_and_limits(group, symbol)
-    return "" if resolved or not limits else f"{_SHOWN.get(symbol, symbol)} {_largest(limits.values())}"
-
-
-def _resolved_and_limits(
-    group: ChannelGroup[C], symbol: str
-) -> tuple[dict[str, CoefficientWording], dict[str, CoefficientWording]]:
-    known = {c.name: r for c in group.channels if (r := readings(c).get(symbol)) and r.amount is not None}
-    resolved = {name: r for name, r in known.items() if r.supported}
-    return resolved, {name: r for name, r in known.items() if not r.supported}
+    if term.resolved or not term.limits:
+        return ""
+    return f"{_SHOWN.get(term.symbol, term.symbol)} {_largest(term.limits.values())}"
 
 
 def _where(some: Mapping[str, CoefficientWording], group: ChannelGroup[C]) -> str:
