@@ -258,15 +258,22 @@ def test_correlations_that_contradict_each_other_become_a_matrix() -> None:
 # -- alarms --------------------------------------------------------------------------------------------------
 
 
-def test_whitened_parity_is_white_and_of_variance_one() -> None:
-    """Sensors of different noise, a diffuse constant each, gaps: against the dense covariance of the record."""
-    models = [NoiseModel.of(White(N=N), RandomWalk(K=1e-4 * k), Flicker(B=1e-4)) for k in (1, 2, 3, 4, 5)]
+@pytest.mark.parametrize("walks", [(1, 2, 3, 4, 5), (1,) * 5], ids=["different", "alike"])
+@pytest.mark.parametrize("correlation", [0.0, 0.6])
+def test_whitened_parity_is_white_and_of_variance_one(walks: tuple[int, ...], correlation: float) -> None:
+    """A diffuse constant for each sensor, two that share white noise, gaps: against the dense covariance of the record.
+
+    Sensors that are alike are filtered along the axes of their covariance.
+    """
+    models = [NoiseModel.of(White(N=N), RandomWalk(K=1e-4 * k), Flicker(B=1e-4)) for k in walks]
+    shared = np.eye(5)
+    shared[0, 3] = shared[3, 0] = correlation
     rows, q = 40, 2
     part = np.ones(rows)
     part[[0, 7, 20]] = 0.0
     part[11] = 0.6
     v = parity_matrix(cone(5))
-    made = ParityFilter.of(v, models, np.eye(5), part, dt=1.0, extra=np.zeros(rows))
+    made = ParityFilter.of(v, models, shared, part, dt=1.0, extra=np.zeros(rows))
     spaces = [m.state_space(1.0, sampling="mean", record=float(rows)) for m in models]
     covariance = np.zeros((rows, 5, rows, 5))
     for i, space in enumerate(spaces):
@@ -277,7 +284,8 @@ def test_whitened_parity_is_white_and_of_variance_one() -> None:
                 covariance[a, i, b, i] = covariance[b, i, a, i] = row @ space.output
                 row = row @ space.transition.T
             white = N**2 / (part[a] or 1.0)
-            covariance[a, i, a, i] += space.noise - N**2 + white
+            covariance[a, i, a] += shared[i] * white
+            covariance[a, i, a, i] += space.noise - N**2
             state = space.transition @ state @ space.transition.T + space.process
     p = np.einsum("qi,aibj,rj->aqbr", v, covariance, v).reshape(rows * q, rows * q)
     identity = np.eye(rows * 5).reshape(rows, 5, rows * 5)

@@ -15,7 +15,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.experiments.redundancy.shared import allan_covariance
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.noise.allan.covariance import covariance, lag_pairs
-from allanite.noise.allan.matrix import allan_matrix
+from allanite.noise.allan.matrix import allan_matrix, allan_products
 from allanite.recording.records import Channel, Recording
 from allanite.stability.shared_noise import separate_noise
 from allanite.stability.shared_noise.fiducial import _chi_square, _evenly, interval_of
@@ -66,6 +66,10 @@ def test_matrix_is_that_of_the_definition_with_gaps() -> None:
     found = allan_matrix(phases, missing, np.array([1, 5, 60]))
     for k, m in enumerate((1, 5, 60)):
         np.testing.assert_allclose(found.covariance[k], matrix_by_hand(y, m), rtol=1e-10)
+    covariance, count = allan_products(np.ascontiguousarray(phases), missing, np.array([1, 5, 60, 249]))
+    np.testing.assert_allclose(covariance[:3], found.covariance, rtol=1e-10)
+    assert count[:3].tolist() == found.count.tolist()
+    assert np.isnan(covariance[3]).all() and count[3] == 0
 
 
 def test_own_noise_a_millionth_of_the_common_part_is_not_lost_in_rounding() -> None:

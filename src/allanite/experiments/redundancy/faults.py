@@ -427,7 +427,7 @@ def _power(bench: Bench, white: Array, sensor: int) -> Array:
     index = bench.filters[1].index[: len(white)]
     direction = np.zeros_like(white)
     there = index >= 0
-    direction[there] = np.einsum("kij,j->ki", bench.filters[1].roots[index[there]], bench.parity[:, sensor])
+    direction[there] = bench.filters[1].direction(index[there], sensor)
     length = np.linalg.norm(direction, axis=1)
     use = (length > 0) & ~bench.masked[: len(white)]
     along = (direction * white).sum(axis=1) / np.where(length > 0, length, 1.0)
@@ -518,8 +518,7 @@ def _joined(bench: Bench, explanations: list[_Explained], names: Sequence[str]) 
 
 def _noise_factor(bench: Bench, best: _Hypothesis) -> float:
     """Standard deviation of the means of the noisy sensor over that of its model."""
-    filter_ = bench.filters[1]
-    effect = float(((filter_.roots[-1] @ bench.parity[:, best.sensor]) ** 2).sum())
+    effect = float((bench.filters[1].direction(np.array([-1]), best.sensor) ** 2).sum())
     more = (best.ratio - 1) * bench.allowed / effect
     model_variance = float(bench.models[best.sensor].avar(bench.means.dt)) * bench.allowed
     return math.sqrt(max(1 + more / model_variance, 0.0))

@@ -32,17 +32,18 @@ SETTLED = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParityFilter:
-    """What the filter does, window by window.
+    """What the filter does, window by window, to each of c parts of the parity that do not know of one another.
 
     Attributes
     ----------
     parity : ndarray, shape (q, n)
+        Rows of one part after another.
     index : ndarray of int64, shape (windows,)
         Which step belongs to each window; -1 where a sensor is missing, -2 at the first window.
-    steps : ndarray, shape (g + 2, s + q, s + q)
-        From the s states (those of all sensors and the q constants) and the parity of a window to the states before
-        the next one and the innovation.
-    roots : ndarray, shape (g, q, q)
+    steps : ndarray, shape (g + 2, c, s + q/c, s + q/c)
+        From the s states of a part (those of its sensors and its constants) and the parity of a window to the states
+        before the next one and the innovation.
+    roots : ndarray, shape (g, c, q/c, q/c)
         Inverse Cholesky factors of the covariance of the innovations.
     """
 
@@ -67,6 +68,7 @@ class ParityFilter:
         Parameters
         ----------
         parity : ndarray, shape (q, n)
+            V with V V' = 1.
         models : sequence of NoiseModel
             Of each sensor.
         correlation : ndarray, shape (n, n)
@@ -76,24 +78,10 @@ class ParityFilter:
         extra : ndarray, shape (windows,) [SI^2]
             Further variance of every sensor, from window to window independent.
         """
-        q = len(parity)
-        spaces = [m.state_space(dt, sampling="mean", record=max(len(part), 2) * dt) for m in models]
-        system = _joined(spaces)
-        white = np.sqrt([sum(t.N**2 for t in m.terms if isinstance(t, White)) / dt for m in models])
-        rest = np.array([s.noise for s in spaces]) - white**2
-        shared = parity @ (np.outer(white, white) * correlation) @ parity.T
-        independent_noise = parity @ np.diag(np.maximum(rest, 0.0)) @ parity.T
-        output_matrix = parity @ system.rows
-        steps = _Recursion(
-            transition=_padded(system.transition, q, np.eye(q)),
-            process=_padded(system.process, q, np.zeros((q, q))),
-            output=np.hstack([output_matrix, np.eye(q)]),
-            shared=shared,
-            independent=independent_noise,
-            states=output_matrix.shape[1],
-            initial=system.initial,
-        )
-        return steps.run(parity, part, extra)
+        record = max(len(part), 2) * dt
+        if all(model.terms == models[0].terms for model in models):
+            return _alike(parity, models[0], correlation, dt, record).run(part, extra)
+        return _different(parity, models, correlation, dt, record).run(part, extra)
 
     def whiten(self, means: Array) -> Array:
         """Whitened parity of means of all sensors, shape (windows, n) or (windows, n, c); NaN at missing windows.
@@ -107,16 +95,67 @@ class ParityFilter:
         y = means[:, :, None] if means.ndim == 2 else means
         p = np.einsum("qn,knc->kqc", self.parity, y)
         begin = int(np.argmax(p.any(axis=(1, 2)))) if p.any() else len(p)
-        index, states = self.index[: len(p)], self.steps.shape[1] - p.shape[1]
-        innovations = np.zeros(p.shape)
-        inside = np.zeros((self.steps.shape[1], p.shape[2]))
+        parts, size = self.roots.shape[1:3]
+        index, states, apart = self.index[: len(p)], self.steps.shape[2] - size, (parts, size, p.shape[2])
+        innovations = np.zeros((len(p), *apart))
+        inside = np.zeros((parts, self.steps.shape[2], p.shape[2]))
         for k, which in enumerate(index[begin:].tolist(), begin):
-            inside[states:] = p[k] if which != -1 else 0.0
+            inside[:, states:] = p[k].reshape(apart) if which != -1 else 0.0
             inside = self.steps[which] @ inside
-            innovations[k] = inside[states:]
+            innovations[k] = inside[:, states:]
         out, there = np.full(p.shape, np.nan), index >= 0
-        out[there] = self.roots[index[there]] @ innovations[there]
+        out[there] = (self.roots[index[there]] @ innovations[there]).reshape(-1, *p.shape[1:])
         return out[:, :, 0] if means.ndim == 2 else out
+
+    def direction(self, which: NDArray[np.int64], sensor: int) -> Array:
+        """What the whitened parity of a window holds of a sensor, by the number of its root; shape (len(which), q)."""
+        column = self.parity[:, sensor].reshape(*self.roots.shape[1:3], 1)
+        return np.asarray((self.roots[which] @ column).reshape(len(which), -1))
+
+
+def _alike(parity: Array, model: NoiseModel, correlation: Array, dt: float, record: float) -> _Recursion:
+    """Sensors of one model: along the axes of the covariance of their white noise each parity is one sensor alone."""
+    space = model.state_space(dt, sampling="mean", record=record)
+    white = _white(model, dt)
+    sizes, axes = np.linalg.eigh(parity @ correlation @ parity.T)
+    q, size = len(parity), space.size
+    return _Recursion(
+        parity=axes.T @ parity,
+        transition=_padded(space.transition, np.eye(1))[None],
+        process=_padded(space.process, np.zeros((1, 1)))[None],
+        output=np.append(space.output, 1.0)[None, None],
+        shared=white * sizes[:, None, None],
+        independent=np.full((q, 1, 1), max(space.noise - white, 0.0)),
+        states=size,
+        initial=space.initial[None],
+    )
+
+
+def _different(
+    parity: Array, models: Sequence[NoiseModel], correlation: Array, dt: float, record: float
+) -> _Recursion:
+    """Sensors that have a model each: one part, with the states of all."""
+    q = len(parity)
+    spaces = [m.state_space(dt, sampling="mean", record=record) for m in models]
+    system = _joined(spaces)
+    white = np.sqrt([_white(m, dt) for m in models])
+    rest = np.array([s.noise for s in spaces]) - white**2
+    output_matrix = parity @ system.rows
+    return _Recursion(
+        parity=parity,
+        transition=_padded(system.transition, np.eye(q))[None],
+        process=_padded(system.process, np.zeros((q, q)))[None],
+        output=np.hstack([output_matrix, np.eye(q)])[None],
+        shared=(parity @ (np.outer(white, white) * correlation) @ parity.T)[None],
+        independent=(parity @ np.diag(np.maximum(rest, 0.0)) @ parity.T)[None],
+        states=output_matrix.shape[1],
+        initial=system.initial[None],
+    )
+
+
+def _white(model: NoiseModel, dt: float) -> float:
+    """Variance of the white noise of a window."""
+    return sum(t.N**2 for t in model.terms if isinstance(t, White)) / dt
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,8 +183,8 @@ def _joined(spaces: Sequence[StateSpace]) -> _ParitySystem:
     return _ParitySystem(transition=transition, process=process, initial=initial, rows=rows)
 
 
-def _padded(matrix: Array, q: int, corner: Array) -> Array:
-    size = len(matrix)
+def _padded(matrix: Array, corner: Array) -> Array:
+    size, q = len(matrix), len(corner)
     out = np.zeros((size + q, size + q))
     out[:size, :size], out[size:, size:] = matrix, corner
     return out
@@ -153,8 +192,9 @@ def _padded(matrix: Array, q: int, corner: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Recursion:
-    """The covariance of the states from window to window, from which the gains follow."""
+    """The covariance of the states from window to window, from which the gains follow; the first axis are the parts."""
 
+    parity: Array
     transition: Array
     process: Array
     output: Array
@@ -163,8 +203,7 @@ class _Recursion:
     states: int
     initial: Array
 
-    def run(self, parity: Array, part: Array, extra: Array) -> ParityFilter:
-        q = len(parity)
+    def run(self, part: Array, extra: Array) -> ParityFilter:
         index = np.full(len(part), -1, dtype=np.int64)
         gains: list[Array] = []
         roots: list[Array] = []
@@ -189,43 +228,50 @@ class _Recursion:
             covariance = self._predicted(covariance)
             settled = plain and bool(np.abs(covariance - before).max() <= SETTLED * np.abs(covariance).max())
         return ParityFilter(
-            parity=parity, index=index, steps=self._steps(gains), roots=np.array(roots).reshape(-1, q, q)
+            parity=self.parity,
+            index=index,
+            steps=self._steps(gains),
+            roots=np.array(roots).reshape(-1, *self.shared.shape),
         )
 
     def _steps(self, gains: Sequence[Array]) -> Array:
         """One for each gain, and two more: the first window begins the constants, a missing one tells nothing."""
-        q, size = self.output.shape
-        first = np.zeros((size, q))
-        first[self.states :] = np.eye(q)
-        kept = np.array([*([np.eye(size)] * len(gains)), np.zeros((size, size)), np.eye(size)])
-        along = np.array([*gains, first, np.zeros((size, q))])
-        kept[: len(gains)] -= along[: len(gains)] @ self.output
-        steps = np.zeros((len(kept), size + q, size + q))
-        steps[:, :size, :size], steps[:, :size, size:] = self.transition @ kept, self.transition @ along
-        steps[:, size:, :size], steps[:, size:, size:] = -self.output, np.eye(q)
+        parts, (q, size) = len(self.shared), self.output.shape[1:]
+        steps = np.zeros((len(gains) + 2, parts, size + q, size + q))
+        steps[:, :, size:, :size], steps[:, :, size:, size:] = -self.output, np.eye(q)
+        steps[-1, :, :size, :size] = self.transition
+        steps[-2, :, :size, size:] = self.transition[:, :, self.states :]
+        for step, gain in zip(steps, gains, strict=False):
+            step[:, :size, :size] = self.transition @ (np.eye(size) - gain @ self.output)
+            step[:, :size, size:] = self.transition @ gain
         return steps
 
     def _noise(self, fraction: float, extra: float) -> Array:
-        return np.asarray(self.shared / fraction + self.independent + extra * np.eye(len(self.independent)))
+        q = self.shared.shape[1]
+        return np.asarray(self.shared / fraction + self.independent + extra * np.eye(q))
 
     def _first(self, noise: Array) -> Array:
         """Covariance after the first window, which tells the constants: c = p - (seen s + v)."""
-        size, s = len(self.transition), self.states
-        output_matrix = self.output[:, :s]
+        s, size = self.states, self.transition.shape[1]
+        output_matrix = self.output[:, :, :s]
         cross = -output_matrix @ self.initial
-        out = np.zeros((size, size))
-        out[:s, :s], out[s:, :s], out[:s, s:] = self.initial, cross, cross.T
-        out[s:, s:] = output_matrix @ self.initial @ output_matrix.T + noise
+        out = np.zeros((len(noise), size, size))
+        out[:, :s, :s], out[:, s:, :s], out[:, :s, s:] = self.initial, cross, _transposed(cross)
+        out[:, s:, s:] = output_matrix @ self.initial @ _transposed(output_matrix) + noise
         return out
 
     def _updated(self, covariance: Array, noise: Array) -> tuple[Array, Array, Array]:
-        cross = covariance @ self.output.T
+        cross = covariance @ _transposed(self.output)
         s = self.output @ cross + noise
-        root = np.linalg.inv(np.linalg.cholesky(0.5 * (s + s.T)))
-        gain = cross @ root.T @ root
-        left = np.eye(len(covariance)) - gain @ self.output
-        return gain, root, left @ covariance @ left.T + gain @ noise @ gain.T
+        root = np.linalg.inv(np.linalg.cholesky(0.5 * (s + _transposed(s))))
+        gain = cross @ _transposed(root) @ root
+        left = np.eye(covariance.shape[1]) - gain @ self.output
+        return gain, root, left @ covariance @ _transposed(left) + gain @ noise @ _transposed(gain)
 
     def _predicted(self, covariance: Array) -> Array:
-        out = self.transition @ covariance @ self.transition.T + self.process
-        return np.asarray(0.5 * (out + out.T))
+        out = self.transition @ covariance @ _transposed(self.transition) + self.process
+        return np.asarray(0.5 * (out + _transposed(out)))
+
+
+def _transposed(matrices: Array) -> Array:
+    return matrices.swapaxes(-1, -2)

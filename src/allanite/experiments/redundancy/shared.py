@@ -28,7 +28,7 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.allan.covariance import edf
 from allanite.noise.allan.lags import octave_lags
-from allanite.noise.allan.matrix import allan_matrix
+from allanite.noise.allan.matrix import allan_products
 from allanite.quantities.distributions import normal_quantile
 from allanite.quantities.quantity import Quantity
 
@@ -73,15 +73,15 @@ def allan_covariance(means: Array, dt: float, model: NoiseModel) -> AllanCovaria
     levels = np.nan_to_num(means - np.nanmean(means, axis=0)).T
     phases = np.concatenate([np.zeros((len(levels), 1)), np.cumsum(levels, axis=1)], axis=1)
     lags = octave_lags(rows, window=4)
-    matrices = allan_matrix(phases, edges.astype(np.int64).reshape(-1, 2), lags)
-    enough = np.logical_and.accumulate(matrices.count >= 2 * lags)
+    covariance, counts = allan_products(phases, edges.astype(np.int64).reshape(-1, 2), lags)
+    enough = np.logical_and.accumulate(counts >= 2 * lags)
     # gaps leave fewer windows: those of a shorter record
     free = [
         float(edf(model, [m], count + 2 * m - 1, dt, "mean")[0])
-        for m, count in zip(lags[enough].tolist(), matrices.count[enough].tolist(), strict=True)
+        for m, count in zip(lags[enough].tolist(), counts[enough].tolist(), strict=True)
     ]
     return AllanCovariance(
-        tau=lags[enough].astype(np.float64) * dt, matrix=matrices.covariance[enough], edf=np.array(free)
+        tau=lags[enough].astype(np.float64) * dt, matrix=covariance[enough], edf=np.array(free)
     )
 
 

@@ -11,7 +11,7 @@ are computed themselves: what two channels do not share is there without cancell
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,13 @@ from allanite.noise.allan.covariance import complete_starts
 from allanite.noise.allan.statistics import block_sums, total_length
 from allanite.recording.block_series import made_by_blocks
 
-__all__ = ["AllanMatrix", "allan_matrix"]
+__all__ = ["AllanMatrix", "allan_matrix", "allan_products"]
 
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
+
+#: Starts whose differences are multiplied at once.
+_PIECE = 2048
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,3 +80,39 @@ def allan_matrix(phases: Sequence[Array] | Array, missing: Spans, lags: NDArray[
             difference[:, i, j] = difference[:, j, i] = variance(apart)
     covariance = 0.5 * (variances[:, :, None] + variances[:, None, :] - difference)
     return AllanMatrix(lags=lags, covariance=covariance, difference=difference, count=count)
+
+
+def allan_products(phases: Array, missing: Spans, lags: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """Allan covariance alone, of many channels: a matrix product in place of a pass for each pair.
+
+    Parameters are those of `allan_matrix`, the phases as rows of one array.
+
+    Returns
+    -------
+    covariance : ndarray, shape (n_lags, n, n)
+        NaN where no position is complete.
+    count : ndarray of int64, shape (n_lags,)
+    """
+    n, points = phases.shape
+    runs = [complete_starts(missing, points - 1, 2 * int(m)) for m in lags]
+    count = np.array([total_length(r) for r in runs], dtype=np.int64)
+    covariance = np.full((len(lags), n, n), np.nan)
+    for k, m in enumerate(lags.tolist()):
+        total = np.zeros((n, n))
+        for start, stop in _pieces(runs[k]):
+            d = (
+                phases[:, start + 2 * m : stop + 2 * m]
+                - 2 * phases[:, start + m : stop + m]
+                + phases[:, start:stop]
+            )
+            total += d @ d.T
+        if count[k]:
+            covariance[k] = total / (2.0 * float(m) ** 2 * count[k])
+    return covariance, count
+
+
+def _pieces(runs: Spans) -> Iterator[tuple[int, int]]:
+    """The runs, cut into pieces whose differences stay in cache."""
+    for start, stop in runs.tolist():
+        for begin in range(start, stop, _PIECE):
+            yield begin, min(begin + _PIECE, stop)
