@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import tracemalloc
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -25,6 +26,7 @@ from allanite.experiments.static_spans import (
     read_spans,
     unit_axes,
 )
+from allanite.experiments.static_spans.cells import ChannelCells
 from allanite.experiments.static_spans.floor import ratio_quantile
 from allanite.noise import NoiseModel, White
 from allanite.quantities.attitude import rotation
@@ -377,6 +379,38 @@ def test_spans_may_be_given_in_seconds_or_in_a_file(tmp_path: Path) -> None:
     path.write_text("start\n1\n", encoding="utf-8")
     with pytest.raises(FormatError, match="stop"):
         read_spans(path, recording)
+
+
+def test_memory_is_some_tens_of_bytes_for_a_cell_of_an_axis() -> None:
+    """A hundred where all axes of all cells were looked at together: 2.4 GB for a record of 4 million cells."""
+    samples = 600_000
+    gyro, accel = noisy(
+        np.zeros((samples, 3)), np.tile([0.0, 0.0, G], (samples, 1)), np.random.default_rng(5)
+    )
+    record, cells = unit(gyro, accel, rate=40.0), samples // 2
+    tracemalloc.start()
+    found = find_static_spans(record, **NAMED)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(found) == 1
+    assert peak < 70 * cells * 6
+
+
+def test_means_of_cells_are_made_once_for_a_span(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of the whole record for each of its spans take time with the square of its length."""
+    made = 0
+
+    def counted(cells: ChannelCells, start: int = 0, stop: int | None = None) -> Array:
+        nonlocal made
+        made += (cells.n if stop is None else stop) - start
+        return mean(cells, start, stop)
+
+    mean = ChannelCells.mean
+    monkeypatch.setattr(ChannelCells, "mean", counted)
+    record, _ = slow_turns(1, rest=6.0)
+    found = find_static_spans(record, **NAMED)
+    assert len(found) == 3
+    assert 0 < made <= 2 * record.n_samples / round(0.05 * RATE)
 
 
 def test_documents_come_back_and_are_drawn() -> None:

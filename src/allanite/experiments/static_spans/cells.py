@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from allanite.recording.records import BLOCK, Recording
 __all__ = ["ChannelCells", "cut", "runs"]
 
 Array = NDArray[np.float64]
+Counts = NDArray[np.integer[Any]]
 Mask = NDArray[np.bool_]
 
 #: A cell lasts so long [s], but no less than one sample; a record has no more cells than this.
@@ -32,11 +34,13 @@ class ChannelCells:
         Samples in a cell.
     dt : float [s]
         Sample interval.
-    total, count : ndarray, shape (n, axes)
-        Sum and number of the samples that are there.
+    total : ndarray, shape (n, axes)
+        Sum of the samples that are there.
+    count : ndarray of int, shape (n, axes)
+        Their number.
     square : ndarray, shape (n, axes)
         Sum of the squared differences of neighbouring samples, that from the cell before included.
-    steps, equal : ndarray, shape (n, axes)
+    steps, equal : ndarray of int, shape (n, axes)
         Differences of neighbouring samples, and those that are zero.
     step : ndarray, shape (axes,)
         Smallest difference that is not rounding: of counted samples, one count.
@@ -47,10 +51,10 @@ class ChannelCells:
     size: int
     dt: float
     total: Array
-    count: Array
+    count: Counts
     square: Array
-    steps: Array
-    equal: Array
+    steps: Counts
+    equal: Counts
     step: Array
     largest: Array
 
@@ -69,23 +73,23 @@ class ChannelCells:
         """Cells with a sample in every axis, shape (n,): nothing turns in the time of a cell."""
         return np.asarray((self.count > 0).all(axis=1))
 
-    @property
-    def mean(self) -> Array:
-        """Mean of each cell, shape (n, axes); NaN without samples."""
+    def mean(self, start: int = 0, stop: int | None = None) -> Array:
+        """Mean of each of the cells [start, stop), shape (stop - start, axes); NaN without samples."""
         with np.errstate(invalid="ignore"):
-            return np.asarray(self.total / self.count)
+            return np.asarray(self.total[start:stop] / self.count[start:stop])
 
 
 def cut(recording: Recording, channels: Sequence[str], advance: Callable[[float], None]) -> ChannelCells:
     """The cells of some channels; samples that do not fill a cell at the end are left out."""
     size = max(round(CELL * recording.rate), -(-recording.n_samples // MOST), 1)
-    axes = []
+    shape, small = (recording.n_samples // size, len(channels)), np.min_scalar_type(size)
+    total, square = np.empty(shape), np.empty(shape)
+    count, steps, equal = (np.empty(shape, dtype=small) for _ in range(3))
+    step, largest = np.empty(len(channels)), np.empty(len(channels))
     for i, name in enumerate(channels):
-        axes.append(_axis(recording, name, size))
+        columns = tuple(table[:, i] for table in (total, count, square, steps, equal))
+        step[i], largest[i] = _fill(recording, name, size, columns)
         advance((i + 1) / len(channels))
-    total, count, square, steps, equal, step, largest = (
-        np.stack(p, axis=-1) for p in zip(*axes, strict=True)
-    )
     return ChannelCells(
         size=size,
         dt=recording.dt,
@@ -99,14 +103,14 @@ def cut(recording: Recording, channels: Sequence[str], advance: Callable[[float]
     )
 
 
-def _axis(recording: Recording, name: str, size: int) -> tuple[Array, ...]:
-    """Sums, counts, squared differences, differences, zero ones of them; smallest difference and largest sample."""
-    scale, origin = abs(recording[name].scale), recording.origin(name)
-    sign = np.sign(recording[name].scale)
+def _fill(recording: Recording, name: str, size: int, columns: Sequence[NDArray[Any]]) -> tuple[float, float]:
+    """Write sums, counts, squared differences, differences, zero ones of them; smallest difference, largest sample."""
+    channel, origin = recording[name], recording.origin(name)
+    scale = abs(channel.scale)
+    factors = (np.sign(channel.scale) * scale, 1, scale**2, 1, 1)
     level = last = np.nan
     smallest, largest = np.inf, 0.0
-    parts: list[tuple[Array, ...]] = [(np.zeros(0),) * 5]
-    for _, block in recording.blocks(name, size * max(BLOCK // size, 1)):
+    for start, block in recording.blocks(name, size * max(BLOCK // size, 1)):
         there = ~np.isnan(block)
         if np.isnan(level) and there.any():
             level = float(block[there][0])
@@ -115,11 +119,11 @@ def _axis(recording: Recording, name: str, size: int) -> tuple[Array, ...]:
         last = float(block[-1])
         apart = np.abs(difference[np.abs(difference) > ROUNDING * largest])
         smallest = min(smallest, float(apart.min(initial=np.inf)))
-        rows = len(block) // size
-        parts.append(_chunk(block[: rows * size], difference[: rows * size], level, rows))
-    total, count, square, steps, equal = (np.concatenate(column) for column in zip(*parts, strict=True))
-    ends = np.array(smallest * scale), np.array(largest * scale)
-    return sign * total * scale, count, square * scale**2, steps, equal, *ends
+        first, rows = start // size, len(block) // size
+        made = _chunk(block[: rows * size], difference[: rows * size], level, rows)
+        for column, values, factor in zip(columns, made, factors, strict=True):
+            column[first : first + rows] = values * factor
+    return smallest * scale, largest * scale
 
 
 def _chunk(block: Array, difference: Array, level: float, rows: int) -> tuple[Array, ...]:

@@ -92,7 +92,7 @@ def _followed(cells: ChannelCells, center: Array, a: int, b: int) -> tuple[float
     n = (b - a - 2 * cut_off) // size
     if n < LEAST:
         return None
-    mean = cells.mean[a + cut_off : a + cut_off + n * size].reshape(n, size, -1).mean(axis=1)
+    mean = cells.mean(a + cut_off, a + cut_off + n * size).reshape(n, size, -1).mean(axis=1)
     if np.isnan(mean).any():
         return None
     turned, force = mean[:, :3] - mean[:, :3].mean(axis=0), mean[:, 3:] - center

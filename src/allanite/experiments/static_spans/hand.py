@@ -125,7 +125,7 @@ def _triads(gyro: tuple[str, ...], accelerometer: tuple[str, ...]) -> list[str]:
 
 def _level(cells: ChannelCells, whole: Mask, place: slice, name: str) -> Array:
     """Motion of a triad around each cell, shape (n,); infinite where samples are missing."""
-    mean = np.where(whole[:, None], cells.mean[:, place], 0.0)
+    mean = np.where(whole[:, None], cells.mean()[:, place], 0.0)
     width = max(round(WINDOW / cells.length), 2)
     window = np.ones(width)
 

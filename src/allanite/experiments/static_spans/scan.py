@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,8 @@ NEAR = 0.35
 FALL = (0.05, 0.8)
 #: Share of the windows that are quiet so far, taken for rest to begin with: many are slow motion still.
 SHARE = 0.12
+#: Cells that are looked at together.
+_PART = 1 << 17
 #: Windows that a floor of its own needs; with fewer, that of the next shorter means is taken.
 LEAST = 12
 
@@ -129,8 +132,7 @@ class _Scanner:
         self.axes = cells.total.shape[1]
         self.quiet = cells.whole.copy()
         self.ratio = np.where(self.quiet, 0.0, np.nan)
-        self.sums = _running(np.where(self.quiet[:, None], cells.total, 0.0))
-        self.counts = _running(np.where(self.quiet[:, None], cells.count, 0.0))
+        self.sums, self.counts = (_running_where(self.quiet, values) for values in (cells.total, cells.count))
         self.windows = list(_windows(cells))
         self.tail = ALARM / max(len(self.windows) * self.axes * cells.n, 1)
         self.floors: dict[int, tuple[Array, Array]] = {}
@@ -158,12 +160,15 @@ class _Scanner:
             return
         energy = self._energy(window)
         level, level_dof = self._floor(window, energy, open_)
-        dof = self._dof(window, energy[open_])
+        dof = self._dof(window, energy, open_)
         bar = np.array([ratio_quantile(d, n, self.tail) for d, n in zip(dof, level_dof, strict=True)])
-        with np.errstate(invalid="ignore", divide="ignore"):
-            # rounding to counts may show noise in three of them
-            over = energy / np.maximum(bar * level, ((1 if window.m else 2) * self.tolerance) ** 2)
-        worst = np.where(open_, np.nan_to_num(over).max(axis=1), 0.0)
+        # rounding to counts may show noise in three of them
+        least = np.maximum(bar * level, ((1 if window.m else 2) * self.tolerance) ** 2)
+        worst = np.zeros(len(energy))
+        for part in _parts(len(energy)):
+            with np.errstate(invalid="ignore", divide="ignore"):
+                over = np.nan_to_num(energy[part] / least).max(axis=1)
+            worst[part] = np.where(open_[part], over, 0.0)
         self._mark(window, worst, open_)
 
     def _open(self, length: int, quiet: Mask | None = None) -> Mask:
@@ -180,12 +185,22 @@ class _Scanner:
                 self.cells.square
             )  # a missing difference counts as none: no alarm comes from few
             return np.asarray((square[window.cells :] - square[:n]) / (window.cells * self.cells.size))
-        m = window.m
+        energy = np.empty((n, self.axes))
+        for part in _parts(n):
+            energy[part] = self._apart(window, part)
+        return energy
+
+    def _apart(self, window: _Window, part: slice) -> Array:
+        """Energy of differences of means in the windows that begin at some cells in a row."""
+        m, n, last = window.m, part.stop - part.start, part.stop + window.row * window.m
+        early, late = slice(part.start, last), slice(part.start + m, last + m)
         with np.errstate(invalid="ignore", divide="ignore"):
-            count = self.counts[m:] - self.counts[:-m]
-            mean = (self.sums[m:] - self.sums[:-m]) / count
-            part = 2.0 / (1.0 / count[m:] + 1.0 / count[:-m]) / (m * self.cells.size)
-        square = part * (mean[m:] - mean[:-m]) ** 2  # as if it were of whole means, whose white noise is less
+            count = self.counts[late] - self.counts[early]
+            mean = (self.sums[late] - self.sums[early]) / count
+            share = 2.0 / (1.0 / count[m:] + 1.0 / count[:-m]) / (m * self.cells.size)
+        square = (
+            share * (mean[m:] - mean[:-m]) ** 2
+        )  # as if it were of whole means, whose white noise is less
         return np.asarray(sum(square[j * m : j * m + n] for j in range(window.row)) / window.row)
 
     def _mark(self, window: _Window, worst: Array, open_: Mask) -> None:
@@ -208,16 +223,14 @@ class _Scanner:
 
     # -- what the noise gives -----------------------------------------------------------------------------------
 
-    def _dof(self, window: _Window, energy: Array) -> Array:
+    def _dof(self, window: _Window, energy: Array, open_: Mask) -> Array:
         """Degrees of freedom of a window's energy in each axis."""
         if window.m:
             return np.full(self.axes, 1.0 if window.row == 1 else ROW_DOF)
         nominal = WORTH * window.cells * self.cells.size
         near = 2 * chi_square(nominal, 1 - 1e-4) * self.floors[0][0]
-        pairs = zip(energy.T, near, strict=True)
-        return np.array(
-            [max(TAIL * _scatter_dof(e[e < most], nominal, window.cells), 1.0) for e, most in pairs]
-        )
+        below = (e[open_ & (e < most)] for e, most in zip(energy.T, near, strict=True))
+        return np.array([max(TAIL * _scatter_dof(e, nominal, window.cells), 1.0) for e in below])
 
     def _floor(self, window: _Window, energy: Array, open_: Mask) -> tuple[Array, Array]:
         """Energy at rest, and the degrees of freedom by which it is known, each of shape (axes,)."""
@@ -243,10 +256,11 @@ class _Scanner:
         """From windows of eight cells all over the record."""
         width = min(8, self.cells.n)
         open_ = self._open(width, quiet)
-        energy = self._energy(_Window(m=0, row=1, cells=width))[open_]
+        energy = self._energy(_Window(m=0, row=1, cells=width))
         nominal = WORTH * width * self.cells.size
         level, known = np.zeros(self.axes), np.ones(self.axes)
-        for i, axis in enumerate(energy.T):
+        for i in range(self.axes):
+            axis = energy[open_, i]
             dof = _scatter_dof(axis, nominal, width)
             high = chi_square(dof, 1 - 1e-4)
             lowest = lowest_level(axis, dof, high)
@@ -260,9 +274,8 @@ class _Scanner:
         shorter = [m for m in self.floors if m]
         if count < LEAST and shorter:
             return self.floors[max(shorter)]
-        chosen = energy[open_]
         high = chi_square(1.0, 1 - 0.1 / max(count, 10.0))
-        level = np.array([lowest_level(axis, 1.0, high, start=SHARE) for axis in chosen.T])
+        level = np.array([lowest_level(axis[open_], 1.0, high, start=SHARE) for axis in energy.T])
         level = np.where(np.isfinite(level), level, 0.0)
         # noise of a counted angle falls fastest, with the square of the length: means of few counts are often equal
         least = (
@@ -325,10 +338,26 @@ def _windows(cells: ChannelCells) -> Iterator[_Window]:
     return iter(sorted((w for w in windows if w.cells <= cells.n), key=lambda w: (w.cells, w.m)))
 
 
+def _parts(n: int) -> Iterator[slice]:
+    """Rows 0 to n in parts whose arrays stay small beside those of all cells."""
+    for start in range(0, n, _PART):
+        yield slice(start, min(start + _PART, n))
+
+
 def _running(values: Array | Mask) -> Array:
     """Sums of all rows before each, shape (n + 1, ...)."""
     out = np.zeros((len(values) + 1, *values.shape[1:]))
     np.cumsum(values, axis=0, out=out[1:])
+    return out
+
+
+def _running_where(there: Mask, values: NDArray[Any]) -> Array:
+    """Sums of the rows before each that are there."""
+    out = np.zeros((len(values) + 1, *values.shape[1:]))
+    for part in _parts(len(values)):
+        rows = np.where(there[part, None], values[part], 0.0)
+        rows[0] += out[part.start]
+        np.cumsum(rows, axis=0, out=out[part.start + 1 : part.stop + 1])
     return out
 
 

@@ -63,7 +63,7 @@ def turning(cells: ChannelCells, rest_scan: RestScan, axes: UnitAxes, spans: Spa
     usual = float(np.median(size)) / 0.6745
     noise = float(np.linalg.norm(rest_scan.white[:3])) / np.sqrt(length)
     with np.errstate(invalid="ignore"):
-        largest = float(np.nanmax(np.linalg.norm(cells.mean[:, :3] - level, axis=1)))
+        largest = float(np.nanmax(np.linalg.norm(cells.mean()[:, :3] - level, axis=1)))
     off = (size > OFF * (usual + noise) + 2 * EARTH_RATE) & (size > PART * largest)
     return [span for span, is_off in zip(spans, off.tolist(), strict=True) if is_off]
 
@@ -82,7 +82,7 @@ def held(cells: ChannelCells, rest_scan: RestScan, axes: UnitAxes, spans: Spans)
         n = (b - a) // m
         if n - 1 < LEAST:
             continue
-        means = cells.mean[a : a + n * m].reshape(n, m, -1).mean(axis=1)
+        means = cells.mean(a, a + n * m).reshape(n, m, -1).mean(axis=1)
         if np.isnan(means).any():
             continue
         change = np.diff(means[:, 3:], axis=0)
