@@ -190,18 +190,14 @@ def _kept_rows(lines: list[str], dialect: Dialect, variable: str | None, name: s
 
 def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:
     """A column of the first two that names the sensor and holds several values: one of them is read."""
+    columns = [column for column in range(min(2, len(dialect.kinds))) if _may_identify(dialect, column)]
+    if not columns:
+        return None
     rows = [split(line, dialect.delimiter, dialect.quoted) for line in lines]
     rows = [r for r in rows if len(r) == len(dialect.kinds)]
-    for column in range(min(2, len(dialect.kinds))):
-        kind = dialect.kinds[column]
-        named = read_heading(dialect.headings[column]).group == "identity"
+    for column in columns:
         values = list(dict.fromkeys(r[column] for r in rows if r[column]))
-        if (
-            column in dialect.unit_columns.values()
-            or not (kind == "x" or (kind == "i" and named))
-            or not 2 <= len(values) <= 16
-            or len(rows) < 3 * len(values)
-        ):
+        if not 2 <= len(values) <= 16 or len(rows) < 3 * len(values):
             continue
         if variable is None:
             raise InputError(
@@ -216,6 +212,14 @@ def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: st
             )
         return column, variable
     return None
+
+
+def _may_identify(dialect: Dialect, column: int) -> bool:
+    """Whether a column holds words, or whole numbers under the name of an identity; no column of units does."""
+    if column in dialect.unit_columns.values():
+        return False
+    kind = dialect.kinds[column]
+    return kind == "x" or (kind == "i" and read_heading(dialect.headings[column]).group == "identity")
 
 
 # -- the table ---------------------------------------------------------------------------------------------

@@ -84,9 +84,12 @@ def _bracketed(rows: Sequence[str]) -> bool:
 
 
 def _most(rows: Sequence[str], what: re.Pattern[str], letters: str) -> bool:
-    """Whether most rows hold a pattern; only those with one of its letters are looked at, as few of most files are."""
-    with_one = [row for row in rows if any(letter in row for letter in letters)]
+    """Whether most rows hold a pattern; rows are looked at one by one only where its letters are often enough."""
     least = _MOST * len(rows)
+    text = "".join(rows)
+    if sum(map(text.count, letters)) <= least:
+        return False
+    with_one = [row for row in rows if any(letter in row for letter in letters)]
     return len(with_one) > least and sum(what.search(row) is not None for row in with_one) > least
 
 

@@ -221,6 +221,9 @@ def find_sentences(lines: Sequence[str], variable: str | None, name: str) -> Sen
     InputError
         Several kinds and no word which to take, or a kind that is not there.
     """
+    text = "".join(lines)
+    if not any(sign in text for sign in "$!%#"):  # with one of which every sentence begins
+        return None
     looked = [line.encode() for line in lines if line.strip()]
     sentences = [sentence for sentence in map(_read, looked) if sentence is not None]
     digits = Counter(s.digits for s in sentences).most_common(1)[0][0] if sentences else 0
