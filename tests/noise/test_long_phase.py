@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+from allanite.errors import StorageError
 from allanite.noise import NoiseModel, White
 from allanite.noise.allan.lags import octave_lags
 from allanite.noise.allan.statistics import STATISTICS, phase_of, sums_of_squares
@@ -77,6 +78,17 @@ def test_pages_of_the_file_are_given_back() -> None:
     sums_of_squares(phase, STATISTICS["oadev"], octave_lags(n, window=4), threads=1, progress=looked)
     assert isinstance(phase.x, np.memmap)
     assert 0 < most < phase.x.nbytes / 4
+
+
+@pytest.mark.usefixtures("in_files")
+def test_no_folder_for_temporary_files_is_a_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(**_: object) -> None:
+        raise FileNotFoundError(2, "No usable temporary directory found in ['/tmp']")
+
+    monkeypatch.setattr("tempfile.tempdir", None)
+    monkeypatch.setattr("tempfile.TemporaryFile", refused)
+    with pytest.raises(StorageError, match=r"any folder: No usable .*set TMPDIR"):
+        al.allan_curve(record(1000))
 
 
 @pytest.mark.parametrize("limit", [0, 1 << 20])

@@ -13,12 +13,38 @@ from allanite.errors import StorageError
 from allanite.recording.records import BLOCK
 from allanite.recording.sample_columns import ArrayColumn
 
-__all__ = ["IN_MEMORY", "BlockSeries", "made_by_blocks"]
+__all__ = ["IN_MEMORY", "BlockSeries", "made_by_blocks", "no_room", "temporary_file"]
 
 Array = NDArray[np.float64]
 
 #: Bytes of one series before it goes to a file.
 IN_MEMORY = 64 << 20
+
+
+def temporary_file() -> IO[bytes]:
+    """An unnamed file, which the caller closes.
+
+    Raises
+    ------
+    StorageError
+        No folder for it, or its disk is full.
+    """
+    import tempfile
+
+    try:
+        return tempfile.TemporaryFile(prefix="allanite-")
+    except OSError as error:
+        raise no_room(error) from None
+
+
+def no_room(error: OSError) -> StorageError:
+    """What to do where a temporary file cannot be written."""
+    import tempfile
+
+    place = tempfile.tempdir or "any folder"
+    return StorageError(
+        f"temporary file in {place}: {error.strerror}; free some space, or set TMPDIR to a larger disk"
+    )
 
 
 class BlockSeries:
@@ -45,18 +71,13 @@ class BlockSeries:
         if self._array is not None:
             self._array[start : start + len(values)] = values
             return
-        import tempfile
-
         try:
             if self._file is None:
-                self._file = tempfile.TemporaryFile(prefix="allanite-")  # noqa: SIM115  (finish closes it)
+                self._file = temporary_file()
             self._file.seek(8 * start)
             self._file.write(np.ascontiguousarray(values).data)
         except OSError as error:
-            raise StorageError(
-                f"temporary file in {tempfile.gettempdir()}: {error.strerror}; free some space, or set TMPDIR to a "
-                "larger disk"
-            ) from None
+            raise no_room(error) from None
 
     def finish(self) -> Array:
         """The whole series, read-only."""

@@ -8,7 +8,6 @@ A file that unpacks to far more than its own size is a bomb: it is refused while
 from __future__ import annotations
 
 import struct
-import tempfile
 import zipfile
 import zlib
 from collections.abc import Iterable, Sequence
@@ -17,7 +16,8 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import LimitError, StorageError
+from allanite.errors import LimitError
+from allanite.recording.block_series import no_room, temporary_file
 from allanite.recording.sample_columns import ArrayColumn, Calculated, Column
 
 __all__ = ["BOMB_BYTES", "BOMB_RATIO", "ZIP_ERRORS", "GrowingColumn", "refuse_bomb", "to_file"]
@@ -66,7 +66,7 @@ def to_file(pieces: Iterable[bytes], file: IO[bytes] | None = None) -> IO[bytes]
         The disk is full.
     """
     made = file is None
-    file = file or tempfile.TemporaryFile(prefix="allanite-")  # noqa: SIM115  (the caller closes it)
+    file = file or temporary_file()
     try:
         file.seek(0, 2)
         for piece in pieces:
@@ -76,10 +76,7 @@ def to_file(pieces: Iterable[bytes], file: IO[bytes] | None = None) -> IO[bytes]
         if made:
             file.close()
         if isinstance(error, OSError):
-            raise StorageError(
-                f"temporary file in {tempfile.gettempdir()}: {error.strerror}; free some space, or set TMPDIR to a "
-                "larger disk"
-            ) from None
+            raise no_room(error) from None
         raise
     file.seek(0)
     return file
