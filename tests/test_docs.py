@@ -344,8 +344,8 @@ def exports_reference() -> str:
     for name, takes, summary in consumer_rows():
         module = exporter(name)
         options = options_of(module)
-        noise = ["*noise*"] if set(shared) <= {*options} else []
-        own = ", ".join([*noise, *(f"`{o}`" for o in options if o not in shared)])
+        whole = set(shared) <= {*options}
+        own = ", ".join(["*noise*"] * whole + [f"`{o}`" for o in options if not (whole and o in shared)])
         file = ", ".join(f"`{f}`" for f in module.FILE_NAME.split(", "))
         lines.append(f"| `{name}` | {takes} | {file} | {own} | {summary} |")
     return "\n".join(lines) + "\n"

@@ -16,8 +16,7 @@ from allanite.exporters.imu import (
     Slot,
     Usage,
     WhiteImu,
-    sample_writer,
-    white_imu,
+    white_writer,
 )
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
@@ -71,4 +70,4 @@ def _template(imu: WhiteImu, rate: float) -> list[str]:
     return [*imu.comment(), "", *lines, *_END.splitlines()]
 
 
-write = sample_writer(_template, white_imu, CONSUMER)
+write = white_writer(_template, CONSUMER)

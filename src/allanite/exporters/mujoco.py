@@ -15,8 +15,7 @@ from allanite.exporters.imu import (
     Slot,
     Usage,
     WhiteImu,
-    sample_writer,
-    white_imu,
+    white_writer,
 )
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
@@ -61,4 +60,4 @@ def _template(imu: WhiteImu, rate: float) -> list[str]:
     return [*lines, "</sensor>"]
 
 
-write = sample_writer(_template, white_imu, CONSUMER)
+write = white_writer(_template, CONSUMER)

@@ -17,8 +17,7 @@ from allanite.exporters.imu import (
     Slot,
     Usage,
     WhiteImu,
-    sample_writer,
-    white_imu,
+    white_writer,
 )
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "USAGE", "write"]
@@ -75,4 +74,4 @@ def _template(imu: WhiteImu, rate: float) -> list[str]:
     return lines
 
 
-write = sample_writer(_template, white_imu, CONSUMER)
+write = white_writer(_template, CONSUMER)

@@ -24,9 +24,9 @@ from allanite.exporters.imu.options import NoiseOptions
 from allanite.exporters.imu.preamble import Consumer, Remark, rate_text
 from allanite.exporters.imu.slots import Slot
 from allanite.exporters.imu.usage import Program, Usage
-from allanite.exporters.imu.white import WhiteImu, white_imu
+from allanite.exporters.imu.white import WhiteImu
 from allanite.exporters.imu.white_and_walk import WalkImu, white_and_walk
-from allanite.exporters.imu.writer import sample_writer, stream_rate, writer
+from allanite.exporters.imu.writer import sample_writer, white_writer, writer
 
 __all__ = [
     "ACCELEROMETER",
@@ -52,8 +52,7 @@ __all__ = [
     "gauss_markov_imu",
     "rate_text",
     "sample_writer",
-    "stream_rate",
     "white_and_walk",
-    "white_imu",
+    "white_writer",
     "writer",
 ]

@@ -19,7 +19,7 @@ from allanite.exporters.imu.preamble import Consumer, bound_lines, number_format
 from allanite.exporters.imu.walks import WalkChoice, Words, is_positive, refuse_time, walk_choice
 from allanite.lazy_dataclasses import dataclass
 
-__all__ = ["Asked", "NoiseOptions", "asked_of"]
+__all__ = ["Asked", "NoiseOptions", "WhiteOptions", "asked_of"]
 
 Json = Mapping[str, Any]
 Axis = TypeVar("Axis")
@@ -41,6 +41,16 @@ class NoiseOptions(TypedDict, total=False):
     axes: str | None
     inflate: float
     correlation_time: float | None
+    digits: int
+    gyroscope: Sequence[str] | None
+    accelerometer: Sequence[str] | None
+
+
+class WhiteOptions(TypedDict, total=False):
+    """Those of `NoiseOptions` that a file of white noise alone has."""
+
+    axes: str | None
+    inflate: float
     digits: int
     gyroscope: Sequence[str] | None
     accelerometer: Sequence[str] | None

@@ -10,7 +10,7 @@ from typing import Any, Unpack
 from allanite.errors import InputError
 from allanite.exporters.imu.axes import AxisNumbers, HeaderNote, left_out, parameter, without_slot
 from allanite.exporters.imu.numbers import ImuNumbers
-from allanite.exporters.imu.options import NoiseOptions, asked_of
+from allanite.exporters.imu.options import WhiteOptions, asked_of
 from allanite.exporters.imu.preamble import Consumer
 from allanite.exporters.imu.walks import bias_left_out
 from allanite.lazy_dataclasses import dataclass
@@ -25,19 +25,14 @@ class WhiteImu(ImuNumbers):
     """The numbers of a file, combined and inflated as was asked."""
 
 
-def white_imu(document: Json, consumer: Consumer, **options: Unpack[NoiseOptions]) -> WhiteImu:
+def white_imu(document: Json, consumer: Consumer, **options: Unpack[WhiteOptions]) -> WhiteImu:
     """What a file says of a study.
 
     Raises
     ------
     InputError
-        What `asked_of` refuses, a walk that was asked for, a parameter without value and limit, or noise of zero.
+        What `asked_of` refuses, a parameter without value and limit, or noise of zero.
     """
-    for name in ("walk", "correlation_time"):
-        if options.get(name) is not None:
-            raise InputError(
-                f"{consumer.file} holds white noise alone: {name} has nothing to set in it, leave it out"
-            )
     asked = asked_of(document, consumer, **options)
     read = asked.read(lambda channel: _axis(channel, consumer))
     return WhiteImu(

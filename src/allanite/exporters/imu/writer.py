@@ -10,10 +10,11 @@ from typing import Any, Protocol, TypeVar, Unpack
 
 from allanite.errors import InputError
 from allanite.exporters.imu.numbers import ImuNumbers
-from allanite.exporters.imu.options import NoiseOptions
+from allanite.exporters.imu.options import NoiseOptions, WhiteOptions
 from allanite.exporters.imu.preamble import Consumer, rate_text
+from allanite.exporters.imu.white import WhiteImu, white_imu
 
-__all__ = ["SampleWrite", "Write", "sample_writer", "stream_rate", "writer"]
+__all__ = ["SampleWrite", "WhiteWrite", "Write", "sample_writer", "white_writer", "writer"]
 
 Json = Mapping[str, Any]
 Numbers = TypeVar("Numbers", bound=ImuNumbers)
@@ -38,8 +39,18 @@ class SampleWrite(Protocol):
         ...
 
 
+class WhiteWrite(Protocol):
+    """The same of white noise alone."""
+
+    def __call__(
+        self, document: Json, *, filter_rate: float | None = None, **options: Unpack[WhiteOptions]
+    ) -> str:
+        """The text of the file."""
+        ...
+
+
 class ModelReader(Protocol[Read]):
-    """`white_and_walk`, `gauss_markov_imu` or `white_imu`."""
+    """`white_and_walk` or `gauss_markov_imu`."""
 
     def __call__(self, document: Json, consumer: Consumer, **options: Unpack[NoiseOptions]) -> Read:
         """The numbers of a study."""
@@ -92,15 +103,45 @@ def sample_writer(
         InputError
             A rate that is not a positive number, or what the reader of the numbers refuses.
         """
-        rate = stream_rate(document, filter_rate)
-        discrete = f"DISCRETE: numbers of one sample at {rate_text(rate)} Hz; for another rate export again"
-        at_rate = replace(consumer, convention=(discrete, *consumer.convention))
-        return "\n".join(template(read(document, at_rate, **options), rate)) + "\n"
+        rate = _stream_rate(document, filter_rate)
+        return "\n".join(template(read(document, _discrete(consumer, rate), **options), rate)) + "\n"
 
     return write
 
 
-def stream_rate(document: Json, filter_rate: float | None) -> float:
+def white_writer(template: Callable[[WhiteImu, float], list[str]], consumer: Consumer) -> WhiteWrite:
+    """The same for white noise alone, which has no walk and no correlation time."""
+
+    def write(document: Json, *, filter_rate: float | None = None, **options: Unpack[WhiteOptions]) -> str:
+        """The text of the file for a study.
+
+        Parameters
+        ----------
+        document : dict
+            A study document.
+        filter_rate : float, optional [Hz]
+            Rate of the samples that the program gets or makes; that of the study by default.
+        **options
+            `WhiteOptions`.
+
+        Raises
+        ------
+        InputError
+            A rate that is not a positive number, or what `white_imu` refuses.
+        """
+        rate = _stream_rate(document, filter_rate)
+        return "\n".join(template(white_imu(document, _discrete(consumer, rate), **options), rate)) + "\n"
+
+    return write
+
+
+def _discrete(consumer: Consumer, rate: float) -> Consumer:
+    """With the rate at the head of its conventions."""
+    of_a_sample = f"DISCRETE: numbers of one sample at {rate_text(rate)} Hz; for another rate export again"
+    return replace(consumer, convention=(of_a_sample, *consumer.convention))
+
+
+def _stream_rate(document: Json, filter_rate: float | None) -> float:
     """The rate of samples that is asked for, or that of the study [Hz].
 
     Raises
