@@ -22,6 +22,8 @@ from typing import TYPE_CHECKING, Any
 
 __all__ = ["dataclass"]
 
+_LONG = 6  # fields or items of what is shown inside of another object
+
 
 def _dataclass(
     *, eq: bool = True, frozen: bool = False, slots: bool = False, kw_only: bool = False
@@ -75,17 +77,51 @@ def _values_of(names: Sequence[str]) -> Callable[[Any], tuple[Any, ...]]:
 def _repr_of(names: Sequence[str]) -> Callable[[Any], str]:
     @recursive_repr()
     def __repr__(self: Any) -> str:
-        values = ", ".join(f"{name}={getattr(self, name)!r}" for name in names)
+        values = ", ".join(f"{name}={_short(getattr(self, name))}" for name in names)
         return f"{type(self).__qualname__}({values})"
 
     return __repr__
 
 
+def _short(value: Any) -> str:
+    """Arrays by type and shape, long rows by their length, objects of many fields by their class."""
+    if hasattr(value, "dtype") and hasattr(value, "shape") and value.shape:
+        return f"<{value.dtype} {'×'.join(map(str, value.shape))}>"
+    if isinstance(value, (tuple, list, dict)) and len(value) > _LONG:
+        return f"<{type(value).__name__} of {len(value)}>"
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_short, value))}{',' * (len(value) == 1)})"
+    if dataclasses.is_dataclass(value) and len(fields(value)) > _LONG:
+        return f"<{type(value).__name__}>"
+    return repr(value)
+
+
 def _eq_of(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any, object], bool]:
     def __eq__(self: Any, other: object) -> bool:
-        return values(self) == values(other) if type(other) is type(self) else NotImplemented
+        if type(other) is not type(self):
+            return NotImplemented
+        mine, theirs = values(self), values(other)
+        try:
+            if mine == theirs:
+                return True
+        except ValueError:  # arrays among them: their comparison is an array, too
+            pass
+        return all(map(_alike, mine, theirs))
 
     return __eq__
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Equality of values that may be, or hold, arrays; numbers that are missing (NaN) in both are alike."""
+    if hasattr(one, "dtype") and hasattr(other, "dtype"):
+        from numpy import array_equal
+
+        return array_equal(one, other, equal_nan=one.dtype.kind in "fc" and other.dtype.kind in "fc")
+    if isinstance(one, (tuple, list)) and type(one) is type(other):
+        return len(one) == len(other) and all(map(_alike, one, other))
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_alike(one[key], other[key]) for key in one)
+    return bool(one == other) or (one != one and other != other)  # NaN alone is not itself
 
 
 def _hash_of(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any], int]:

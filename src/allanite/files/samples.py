@@ -104,8 +104,9 @@ def _of_arrow(data: Any, what: str) -> Table:
 
     from allanite.files.readers.arrow_columns import brief, table_of_arrow
 
+    alone = hasattr(data, "to_frame") and hasattr(data, "name")  # a Series
     try:
-        table: pa.Table = pa.table(data.to_frame() if hasattr(data, "to_frame") else data)
+        table: pa.Table = pa.table(data.to_frame() if alone else data)
     except (pa.ArrowException, ValueError, TypeError) as error:
         raise InputError(f"{what}: it gives no table ({brief(error)})") from None
     return table_of_arrow(

@@ -19,6 +19,9 @@ from allanite.noise.inflation import Inflation
 from allanite.noise.markov import MarkovForm
 from allanite.noise.state_space import StateSpace, stateless
 from allanite.noise.terms import TERMS, Ramp, Sinusoid, Term, TermType
+from allanite.quantities.display_units import si_unit
+from allanite.quantities.quantity import QuantityStatus
+from allanite.quantities.tabular import Columns, Tabular
 
 __all__ = ["Estimate", "NoiseModel"]
 
@@ -54,6 +57,14 @@ class Estimate:
     supported: bool
     note: str = ""
     statistical: tuple[float, float] | None = None
+
+    @property
+    def status(self) -> QuantityStatus:
+        """What the record says of the parameter."""
+        if self.supported:
+            return QuantityStatus.RESOLVED
+        limited = math.isfinite(self.upper)
+        return QuantityStatus.UPPER_LIMIT if limited else QuantityStatus.NOT_RESOLVED
 
     @property
     def needed(self) -> bool:
@@ -99,7 +110,7 @@ def _limit(written: float | None) -> float:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class NoiseModel:
+class NoiseModel(Tabular):
     """A sum of independent noise terms; when it was fitted, with the uncertainty of its parameters.
 
     Attributes
@@ -148,6 +159,18 @@ class NoiseModel:
         for term in self.terms:
             if type(term) not in _TERM_TYPES and not isinstance(term, Term):  # to ask a protocol takes 10 µs
                 raise InputError(f"a noise model is a sum of terms ({', '.join(TERMS)}), not of {term!r}")
+
+    def to_columns(self) -> Columns:
+        """One row for each parameter of a fitted model: term, value, lower, upper, unit, status, note."""
+        return {
+            "term": [e.symbol for e in self.estimates],
+            "value": [math.nan if e.value is None else e.value for e in self.estimates],
+            "lower": [e.lower for e in self.estimates],
+            "upper": [e.upper for e in self.estimates],
+            "unit": [si_unit(self.kind, e.symbol, self.unit) for e in self.estimates],
+            "status": [str(e.status) for e in self.estimates],
+            "note": [e.note for e in self.estimates],
+        }
 
     @classmethod
     def of(cls, *terms: TermType, kind: str = "rate") -> NoiseModel:

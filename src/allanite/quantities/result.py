@@ -23,6 +23,7 @@ import numpy as np
 from allanite.errors import AllaniteError, FormatError
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.json_values import plain
+from allanite.quantities.tabular import Tabular
 
 __all__ = ["FieldEntry", "Result", "entries_of", "read_result"]
 
@@ -40,7 +41,7 @@ class _Documented(Protocol):
     def from_json(cls, data: Mapping[str, object]) -> Self: ...
 
 
-class Result:
+class Result(Tabular):
     """Base of frozen dataclasses that are results or parts of them.
 
     A field is a number, a text, a truth, an array, a `Result`, anything else with `to_json` and `from_json`, a member

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
+from allanite.quantities.tabular import Columns, Tabular
 from allanite.quantities.units import QuantityKind, parse_scale_factor, parse_unit
 from allanite.recording.checked_samples import checked_rate, checked_samples
 from allanite.recording.sample_columns import (
@@ -239,7 +240,7 @@ class Channel:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Recording:
+class Recording(Tabular):
     """Evenly spaced samples of one or several channels.
 
     Attributes
@@ -491,6 +492,19 @@ class Recording:
 
     def __repr__(self) -> str:
         return f"<Recording {', '.join(self.names)}: {self.n_samples} samples at {self.rate:g} Hz, {self.duration:g} s>"
+
+    def to_columns(self) -> Columns:
+        """Time (UTC where the start is known, else seconds since the first sample) and the samples of each channel.
+
+        In the channels' own units, NaN where missing; all samples are in memory then.
+        """
+        seconds = np.arange(self.n_samples) / self.rate
+        moments = np.round(seconds * 1e9).astype("timedelta64[ns]")
+        time = {"t_s": seconds} if self.start is None else {"time": np.datetime64(self.start, "ns") + moments}
+        return {**time, **{name: self.values(name) + self.origin(name) for name in self.names}}
+
+    def _units(self) -> Mapping[str, str]:
+        return {c.name: c.unit for c in self.channels if c.unit}
 
     # -- samples ------------------------------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from allanite.noise import NoiseModel
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.json_values import load_plain
 from allanite.quantities.result import Result, read_result
+from allanite.quantities.tabular import Columns
 from allanite.recording.channel_names import channel_called
 from allanite.recording.health.finding import Finding
 from allanite.study.result_document import Provenance
@@ -78,6 +79,22 @@ class Study(Result):
     def models(self) -> dict[str, NoiseModel]:
         """The noise model of each channel that has one, with its `alternative` where the record cannot decide."""
         return models_by_channel(self.channels)
+
+    def to_columns(self) -> Columns:
+        """One row for each parameter of each model: channel, family, term, value, lower, upper, unit, status, note.
+
+        Where the record cannot decide between two families, the preferred one comes first.
+        """
+        columns: dict[str, list[object]] = {
+            name: [] for name in ("channel", "family", *NoiseModel.of().to_columns())
+        }
+        for channel in self.channels:
+            for model in channel.models:
+                whose = {"channel": channel.name, "family": model.family}
+                repeated = {name: [word] * len(model.estimates) for name, word in whose.items()}
+                for name, values in {**repeated, **model.to_columns()}.items():
+                    columns[name].extend(values)
+        return {**columns}
 
     def __getitem__(self, name: str) -> ChannelStudy:
         """One channel.

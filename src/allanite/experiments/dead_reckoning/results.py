@@ -19,6 +19,7 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.quantities.earth import SEMI_MAJOR
 from allanite.quantities.result import Result
+from allanite.quantities.tabular import Columns
 
 __all__ = ["LINEAR", "QUANTITIES", "DeadReckoning", "InitialErrors", "ReckoningRemark", "Source", "is_linear"]
 
@@ -285,6 +286,11 @@ class DeadReckoning(Result):
     def rows(self) -> list[int]:
         """Where the shown times stand in all arrays."""
         return [int(np.argmin(np.abs(self.times - time))) for time in self.shown]
+
+    def to_columns(self) -> Columns:
+        """Those of `table`."""
+        rows = [*self.table()]
+        return {key: [row[key] for row in rows] for key in rows[0]}
 
     def table(self) -> Iterator[dict[str, object]]:
         """One row for each shown time, source and "all", and quantity: sd, lower, upper in SI."""

@@ -37,6 +37,8 @@ from allanite.plain_files.counted import plural
 from allanite.plain_files.csv_cells import heading_cell
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.regular_file import read_regular_text
+from allanite.quantities.display_units import si_unit
+from allanite.quantities.tabular import Columns, Tabular
 from allanite.recording.clock_channels import without_noise
 from allanite.recording.records import Channel, Recording, Sampling, checked_recording
 
@@ -58,7 +60,7 @@ _EXACT_BYTES = 2 << 30
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AllanCurve:
+class AllanCurve(Tabular):
     """Deviations of one or several channels over lag, with intervals.
 
     Attributes
@@ -132,6 +134,28 @@ class AllanCurve:
     def names(self) -> tuple[str, ...]:
         """Names of the channels."""
         return tuple(c.name for c in self.channels)
+
+    def to_columns(self) -> Columns:
+        """One row for each channel and lag: channel, lag, tau, deviation, lower, upper, edf, count, excluded, unit."""
+        shape = (len(self.channels), len(self.lags))
+        units = [si_unit(c.kind.rate, "deviation", c.unit) for c in self.channels]
+        by_lag = {
+            name: np.broadcast_to(array, shape).ravel()
+            for name, array in (("lag", self.lags), ("tau", self.tau))
+        }
+        numbers = {
+            k: getattr(self, k).T.ravel() for k in ("deviation", "lower", "upper", "edf", "count", "excluded")
+        }
+        return {
+            "channel": np.repeat(self.names, shape[1]),
+            **by_lag,
+            **numbers,
+            "unit": np.repeat(units, shape[1]),
+        }
+
+    def __repr__(self) -> str:
+        tau = f"{self.tau[0]:.4g} to {self.tau[-1]:.4g} s" if len(self.tau) else "no lag"
+        return f"<AllanCurve {self.statistic} of {', '.join(self.names)}: {len(self.lags)} lags, {tau}>"
 
     @property
     def variance(self) -> Array:
