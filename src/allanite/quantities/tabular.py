@@ -10,7 +10,6 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from html import escape
 from importlib import import_module
 from itertools import islice
 from typing import Any, NoReturn
@@ -74,11 +73,13 @@ class Tabular:
         return {}
 
     def _repr_html_(self) -> str:
+        from html import escape
+
         columns = self.to_columns()
         length = len(next(iter(columns.values()), ()))
         heads = "".join(f"<th>{escape(name)}</th>" for name in columns)
         rows = islice(zip(*columns.values(), strict=True), _SHOWN)
-        body = "".join(f"<tr>{''.join(f'<td>{_cell(one)}</td>' for one in row)}</tr>" for row in rows)
+        body = "".join(f"<tr>{''.join(f'<td>{escape(_cell(one))}</td>' for one in row)}</tr>" for row in rows)
         more = f" ({length - _SHOWN} more rows)" if length > _SHOWN else ""
         return (
             f"<table><caption>{escape(_title(self))}{more}</caption>"
@@ -104,7 +105,7 @@ def _title(result: object) -> str:
 def _cell(value: object) -> str:
     if isinstance(value, (float, np.floating)):
         return "–" if math.isnan(value) else f"{value:.6g}"
-    return escape(str(value))
+    return str(value)
 
 
 def _arrays_of(result: object) -> Columns:
