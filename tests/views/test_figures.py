@@ -320,3 +320,32 @@ def test_a_curve_without_a_single_value_is_still_a_figure(study: dict[str, Any])
     channel = {**study["channels"][0], "curve": bare, "models": []}
     assert al.plot(channel) is not None
     assert al.plot(channel, interactive=True) is not None
+
+
+# -- axes of the caller -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_a_figure_is_drawn_into_axes_that_are_given(study: dict[str, Any], view: str) -> None:
+    from matplotlib.figure import Figure
+
+    own = [a for a in al.plot(study, view=view).axes if a.get_visible()]
+    made = Figure(figsize=(8, 3 * len(own)))
+    given = made.subplots(len(own))
+    assert al.plot(study, view=view, ax=given) is made
+    assert made.axes == list(np.ravel(given))
+    for one, other in zip(own, made.axes, strict=True):
+        assert one.get_xlabel() == other.get_xlabel() or not one.get_xlabel()
+        assert (one.get_ylabel(), len(one.lines)) == (other.get_ylabel(), len(other.lines))
+        for drawn, again in zip(one.lines, other.lines, strict=True):
+            np.testing.assert_array_equal(drawn.get_xydata(), again.get_xydata())
+
+
+def test_axes_that_do_not_fit_are_refused(study: dict[str, Any]) -> None:
+    from matplotlib.figure import Figure
+
+    axes = Figure().subplots(7)
+    with pytest.raises(al.InputError, match=r"axes, not 7"):
+        al.plot(study, ax=axes)
+    with pytest.raises(al.InputError, match="interactive"):
+        al.plot(study, interactive=True, ax=axes)

@@ -47,12 +47,12 @@ Parts = dict[str, Callable[[], Sequence[Panel]]]
 
 @overload
 def plot(
-    obj: object, *, interactive: Literal[False] = False, dark: bool = False, **options: Any
+    obj: object, *, interactive: Literal[False] = False, dark: bool = False, ax: Any = None, **options: Any
 ) -> PaperFigure: ...
 @overload
 def plot(obj: object, *, interactive: Literal[True], dark: bool = False, **options: Any) -> ScreenFigure: ...
 def plot(
-    obj: object, *, interactive: bool = False, dark: bool = False, **options: Any
+    obj: object, *, interactive: bool = False, dark: bool = False, ax: Any = None, **options: Any
 ) -> PaperFigure | ScreenFigure:
     """Draw any result.
 
@@ -68,11 +68,13 @@ def plot(
         notebook, which needs no network; ``save("curve.html")`` writes it.
     dark : bool
         Light ink on a dark ground.
+    ax : Axes or sequence of Axes, optional
+        Axes of Matplotlib to draw into, one for each panel, in place of a new figure.
     **options
         Study: `view` ("channels": each channel with its terms; "groups": all axes of a kind together; "spectrum";
         "record") and `channels`, names of those wanted. Channel entry: `view`. AllanCurve: `model`, a NoiseModel to
-        draw over it. NoiseModel: `tau`, the two ends [s]. Spectrum: `kind` of its channel,
-        `model` to draw over it, and `view` ("whole", "density", "ratio").
+        draw over it. NoiseModel: `tau`, the two ends [s]. Spectrum: `kind` of its channel, `model` to draw over it,
+        and `view` ("whole", "density", "ratio").
         Recording: `channels`; `turns`, a result that holds turns, to mark them. Reversals: `recording`, and `zoom`,
         the number of a turn to look at closely. EarthRateEstimate: `view` ("whole", "record", "running", "dwells",
         "residuals", "dead-time", "estimators", "bias") and `recording`, which its record needs. RateVector: `view`
@@ -82,16 +84,14 @@ def plot(
         CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation", "log") and
         `recording`, which the log needs.
         DatasheetJudgement: `view` ("whole", "curves", "ratio"). Bounds: `view` ("whole", "curves", "inflation").
-        Difference: `view` ("whole", "curves", "drift").
-        Selection: `view` ("whole", "weights", "curves") and `channels`.
-        Separation: `view` ("whole", "parts", "correlation"). Variation: `view` ("whole", "map", "lines") and
-        `channels`. Combination: `view` ("whole", "parity", "deviation", "gain"). Comparison: `view` ("whole", "curves",
-        "parameters"). FleetPopulation: `view` ("whole", "population", "lots").
-        ControlChart: `view` ("whole", "individuals", "ewma").
-        EnvironmentEstimate: `view` ("whole", "temperature", "deviation", "time").
-        DeadReckoning: `view` ("whole", "position", "height", "velocity", "tilt", "heading").
-        PositionPlan: `view` ("whole", "sphere", "length",
-        "schemes"). StaticSpans: `view` ("whole", "level", "record") and `recording`, which the record needs.
+        Difference: `view` ("whole", "curves", "drift"). Selection: `view` ("whole", "weights", "curves") and
+        `channels`. Separation: `view` ("whole", "parts", "correlation"). Variation: `view` ("whole", "map", "lines")
+        and `channels`. Combination: `view` ("whole", "parity", "deviation", "gain"). Comparison: `view` ("whole",
+        "curves", "parameters"). FleetPopulation: `view` ("whole", "population", "lots"). ControlChart: `view` ("whole",
+        "individuals", "ewma"). EnvironmentEstimate: `view` ("whole", "temperature", "deviation", "time").
+        DeadReckoning: `view` ("whole", "position", "height", "velocity", "tilt", "heading"). PositionPlan: `view`
+        ("whole", "sphere", "length", "schemes"). StaticSpans: `view` ("whole", "level", "record") and `recording`,
+        which the record needs.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def plot(
     Raises
     ------
     InputError
-        Nothing that has a figure, an unknown option, or an unknown channel.
+        Nothing that has a figure, an unknown option or channel, or another number of axes than panels.
 
     Examples
     --------
@@ -111,12 +111,14 @@ def plot(
     """
     sheet = sheet_of(obj, **options)
     if interactive:
+        if ax is not None:
+            raise InputError("ax= draws into axes of Matplotlib: leave out interactive=True")
         from allanite.views.figures.screen import ScreenFigure
 
         return ScreenFigure(sheet, dark=dark)
-    from allanite.views.figures.matplotlib import figure as paper
+    from allanite.views.figures.matplotlib import figure, figure_with
 
-    return paper(sheet, dark=dark)
+    return figure(sheet, dark=dark) if ax is None else figure_with(ax, sheet, dark=dark)
 
 
 def sheet_of(obj: object, **options: Any) -> Sheet:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
@@ -14,8 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.markers import TICKDOWN, TICKLEFT
 from matplotlib.patches import Polygon
 from matplotlib.ticker import Locator, NullLocator
+from numpy.typing import NDArray
 
+from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
+from allanite.plain_files.counted import plural
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words
 from allanite.views.figures.frames import CHARACTERS, KEY, LEFT, Box, layout
 from allanite.views.figures.panel import (
@@ -39,7 +42,7 @@ from allanite.views.figures.ticks import APART, Ticks, ticks_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["figure"]
+__all__ = ["figure", "figure_with"]
 
 _STYLES = {
     "solid": "-",
@@ -102,6 +105,35 @@ def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
         if crowded:  # small panels have no room for a legend each: one below says it for all
             _legend(made, common, look, loc="lower center", ncols=4)
     return made
+
+
+def figure_with(axes: Axes | Sequence[Axes] | NDArray[Any], sheet: Sheet, *, dark: bool = False) -> Figure:
+    """The figure of the caller's axes, with the panels of a sheet drawn into them, one into each.
+
+    Raises
+    ------
+    InputError
+        As many axes are needed as there are panels.
+    """
+    given: list[Axes] = list(np.ravel(np.asarray(axes, dtype=object)))
+    panels = list(sheet.panels)
+    if len(given) != len(panels):
+        raise InputError(
+            f"the figure has {plural(len(panels), 'panel')}: give ax= as many axes, not {len(given)}, or choose a part "
+            "of it with view= or channels="
+        )
+    look = _PanelLook(DARK if dark else LIGHT)
+    whole: Any = given[0].get_figure(root=True)
+    width, height = whole.get_size_inches()
+    with mpl.rc_context(_RC):
+        for one, panel in zip(given, panels, strict=True):
+            left, bottom, wide, high = one.get_position().bounds
+            one.set_facecolor(look["paper"])
+            _draw(one, panel, (left * width, bottom * height, wide * width, high * height), look, titled=True)
+            if panel.drawing is None:
+                _axes_of(one, look, numbered=True)
+    figure_of_axes: Figure = whole
+    return figure_of_axes
 
 
 def _draw(axes: Axes, panel: Panel, box: Box, look: _PanelLook, *, titled: bool) -> None:
