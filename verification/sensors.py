@@ -152,14 +152,16 @@ def run_ranks(sensors: list[Json]) -> list[Json]:
             for s in sensors
             if "sets" in s and s["truth"][symbol] > 0 and all(e and e[2] for e in s["sets"][symbol])
         ]
+        if not own:
+            continue  # nothing is tested
         row: Json = {"coefficient": symbol, "records": len(own)}
         inside = True
         for i, point in enumerate(points):
             upper = i >= len(LEVELS)
             at = i - len(LEVELS) if upper else len(LEVELS) - 1 - i
             below = sum(_below(s["sets"][symbol][at], s["truth"][symbol], upper=upper) for s in own)
-            row[f"{100 * point:.4g} %"] = below / max(len(own), 1)
-            low, high = (float(binom.ppf(q, max(len(own), 1), point)) for q in (tail, 1 - tail))
+            row[f"{100 * point:.4g} %"] = below / len(own)
+            low, high = (float(binom.ppf(q, len(own), point)) for q in (tail, 1 - tail))
             inside = inside and low <= below <= high
         rows.append(row | {"passes": inside})
     return rows
