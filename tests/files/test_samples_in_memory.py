@@ -6,7 +6,6 @@ from __future__ import annotations
 import io
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,12 +37,13 @@ def _columns() -> dict[str, Any]:
     return dict(zip(NAMES, SAMPLES.T, strict=True))
 
 
-def _from_file(folder: Path) -> Recording:
+@pytest.fixture(scope="module")
+def of_file(tmp_path_factory: pytest.TempPathFactory) -> Recording:
     lines = ["time [s]," + ",".join(NAMES)]
     lines += [
         f"{t!r},{','.join(map(repr, row))}" for t, row in zip(SECONDS.tolist(), SAMPLES.tolist(), strict=True)
     ]
-    path = folder / "log.csv"
+    path = tmp_path_factory.mktemp("log") / "log.csv"
     path.write_text("\n".join(lines) + "\n")
     return al.read(path, unit=UNIT)
 
@@ -124,8 +124,8 @@ MADE: dict[str, Make] = {
 
 
 @pytest.mark.parametrize("make", MADE.values(), ids=MADE)
-def test_samples_are_read_as_a_file_of_them(make: Make, tmp_path: Path) -> None:
-    made, of_file = make(), _from_file(tmp_path)
+def test_samples_are_read_as_a_file_of_them(make: Make, of_file: Recording) -> None:
+    made = make()
     assert made.names == of_file.names
     assert made.channels == of_file.channels
     assert (made.rate, made.n_samples) == (of_file.rate, of_file.n_samples)

@@ -139,6 +139,24 @@ def test_seed_decides() -> None:
     assert not np.array_equal(first, other)
 
 
+def test_a_generator_gives_a_seed_that_the_record_states() -> None:
+    generator = np.random.default_rng(6)
+    model = NoiseModel.of(White(N=1.0))
+    first, second = (al.simulate(model, rate=1.0, duration=100.0, seed=generator) for _ in range(2))
+    assert not np.array_equal(first.values("gyro"), second.values("gyro"))
+    for record in (first, second):
+        again = al.simulate(model, rate=1.0, duration=100.0, seed=record.history[0]["seed"])
+        np.testing.assert_array_equal(again.values("gyro"), record.values("gyro"))
+    repeated = al.simulate(model, rate=1.0, duration=100.0, seed=np.random.default_rng(6))
+    np.testing.assert_array_equal(repeated.values("gyro"), first.values("gyro"))
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, True, "1", None])
+def test_what_is_no_seed_is_refused(seed: Any) -> None:
+    with pytest.raises(al.InputError, match="Generator"):
+        al.simulate(NoiseModel.of(White(N=1.0)), rate=1.0, duration=10.0, seed=seed)
+
+
 def test_channels_are_independent() -> None:
     n = 40_000
     model = NoiseModel.of(White(N=1.0), GaussMarkov(q=1.0, T=1.0))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from allanite.experiments.rate_table.motion import RateSteps, RateTable, TableClock
 from allanite.filtering.simulation import simulate
+from allanite.filtering.simulation.record import checked_seed
 from allanite.noise import NoiseModel
 from allanite.recording.records import ArrayColumn, Recording
 
@@ -27,7 +28,7 @@ def simulate_on_table(
     *,
     rate: float,
     duration: float,
-    seed: int,
+    seed: int | np.random.Generator,
     scale: float = 1.0,
     bias: float = 0.0,
     powers: Sequence[float] = (),
@@ -50,8 +51,8 @@ def simulate_on_table(
         Motion of the table.
     rate, duration : float [Hz], [s]
         Sample rate and length of the record.
-    seed : int
-        Seed of the samples.
+    seed : int or Generator
+        Seed of the samples, as for `simulate`.
     scale : float
         SI of the channel per rad/s.
     bias : float [SI of the channel]
@@ -78,6 +79,7 @@ def simulate_on_table(
     Recording
         Recording with the truth in its history.
     """
+    seed = checked_seed(seed)
     record = simulate(model, rate=rate, duration=duration, seed=seed, **options)
     facts = record.channels[0]
     clock = TableClock(offset=offset, drift=drift)

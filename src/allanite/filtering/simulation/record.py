@@ -36,6 +36,7 @@ __all__ = [
     "MOTION_STREAM",
     "THERMOMETER_STREAM",
     "MarkovProcess",
+    "checked_seed",
     "process_of",
     "readings_of",
     "simulate",
@@ -67,7 +68,7 @@ def simulate(
     *,
     rate: float,
     duration: float,
-    seed: int,
+    seed: int | np.random.Generator,
     sampling: Sampling = "mean",
     unit: str | Mapping[str, str] | None = None,
     name: str | None = None,
@@ -93,8 +94,9 @@ def simulate(
         Sample rate.
     duration : float [s]
         Length of the record, which has round(duration * rate) samples.
-    seed : int
-        The same seed gives the same samples, whatever the block size; each channel draws its own streams from it.
+    seed : int or Generator
+        The same seed gives the same samples, whatever the block size; each channel draws its own streams from it. A
+        generator of NumPy gives its next integer as the seed, which the history of the record states.
     sampling : "mean" or "point"
         Means over each interval, or values at the instants k/rate. White noise has the same variance N^2 rate in
         both.
@@ -151,7 +153,7 @@ def simulate(
     >>> record
     <Recording gyro: 6000 samples at 100 Hz, 60 s>
     """
-    rate = checked_rate(rate)
+    rate, seed = checked_rate(rate), checked_seed(seed)
     n_samples = _sample_count(rate, duration)
     models = model if isinstance(model, Mapping) else {name or _name(model): model}
     channels = tuple(_channel(key, value, unit, sampling) for key, value in models.items())
@@ -163,7 +165,7 @@ def simulate(
         warm_up=warm_up,
         temperature=temperature,
     )
-    streams = _streams(seed, len(channels))
+    streams = np.random.SeedSequence(seed).spawn(len(channels))
     course = None if motion is None else motion.draw(n_samples / rate, stream_of(seed, MOTION_STREAM))
     advance = _counter(progress, n_samples * len(channels))
     columns = []
@@ -175,7 +177,7 @@ def simulate(
         columns.append(ArrayColumn(_samples(process, n_samples, stream, advance)))
     step = {
         "step": "simulate",
-        "seed": int(seed),
+        "seed": seed,
         "sampling": sampling,
         "models": {key: value.to_json() for key, value in models.items()},
         **effects.to_json(course),
@@ -243,24 +245,25 @@ def _describes(model: NoiseModel, kind: Kind) -> bool:
     )
 
 
-def _streams(seed: int, count: int) -> list[np.random.SeedSequence]:
-    return np.random.SeedSequence(_checked(seed)).spawn(count)
-
-
 def stream_of(seed: int, key: int) -> np.random.SeedSequence:
-    """The random stream of a seed that `key` names.
+    """The random stream of a seed that `key` names."""
+    return np.random.SeedSequence(seed, spawn_key=(key,))
+
+
+def checked_seed(seed: object) -> int:
+    """A seed as an integer; that of a generator is the next one that it draws.
 
     Raises
     ------
     InputError
         Not a seed.
     """
-    return np.random.SeedSequence(_checked(seed), spawn_key=(key,))
-
-
-def _checked(seed: object) -> int:
+    if isinstance(seed, np.random.Generator):
+        return int(seed.integers(1 << 63))
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise InputError(f"seed must be a whole number, not negative; got {seed!r}")
+        raise InputError(
+            f"seed must be a whole number, not negative, or a numpy.random.Generator; got {seed!r}"
+        )
     return int(seed)
 
 

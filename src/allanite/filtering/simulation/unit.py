@@ -19,6 +19,7 @@ from allanite.errors import InputError
 from allanite.filtering.simulation.record import (
     MOTION_STREAM,
     THERMOMETER_STREAM,
+    checked_seed,
     readings_of,
     simulate,
     stream_of,
@@ -58,7 +59,7 @@ def simulate_unit(
     height: float = 0.0,
     gravity: float | None = None,
     calibration: Calibration | None = None,
-    seed: int,
+    seed: int | np.random.Generator,
     axes: str = "FRD",
     sampling: Sampling = "mean",
     temperature: Temperature | None = None,
@@ -85,8 +86,8 @@ def simulate_unit(
     calibration : Calibration, optional
         The true errors of the sensors; a triad that it does not hold has none. Where it says that the channels count,
         the samples are counts, and so are the coefficients of the noise.
-    seed : int
-        Seed; the same seed gives the same samples.
+    seed : int or Generator
+        As for `simulate`: the same seed gives the same samples.
     axes : str
         Directions of the axes x, y, z of the sensors in the unit, whose roll, pitch and heading the motion sets.
     sampling : "mean" or "point"
@@ -126,7 +127,7 @@ def simulate_unit(
     >>> simulate_unit(quiet, rate=10.0, motion=UnitMotion.faces(dwell=30.0, turn=2.0), latitude=0.8, seed=1)
     <Recording gyro_x, gyro_y, gyro_z, acc_x, acc_y, acc_z: 1900 samples at 10 Hz, 190 s>
     """
-    rate = checked_rate(rate)
+    rate, seed = checked_rate(rate), checked_seed(seed)
     if not isinstance(motion, UnitMotion):
         raise InputError(
             f"motion must be made by UnitMotion.faces(...) or another of its kind, not {motion!r}"

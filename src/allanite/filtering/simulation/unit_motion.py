@@ -200,7 +200,7 @@ class UnitMotion:
         cls,
         count: int,
         *,
-        seed: int = 0,
+        seed: int | np.random.Generator = 0,
         dwell: float | Sequence[float],
         turn: Span = (1.0, 2.0),
         **options: Any,
