@@ -126,9 +126,16 @@ def _alike(one: Any, other: Any) -> bool:
 
 def _hash_of(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any], int]:
     def __hash__(self: Any) -> int:
-        return hash(values(self))
+        return hash(tuple(map(_hashed, values(self))))
 
     return __hash__
+
+
+def _hashed(value: Any) -> Any:
+    """What is hashed of a value: missing numbers are alike, as in `_alike`."""
+    if type(value) is tuple:
+        return tuple(map(_hashed, value))
+    return None if isinstance(value, float) and value != value else value  # NaN alone is not itself
 
 
 def _frozen(cls: type[Any], names: frozenset[str]) -> dict[str, object]:

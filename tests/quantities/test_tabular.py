@@ -73,7 +73,7 @@ def test_every_number_with_an_interval_is_in_the_table(path: Path) -> None:
                 assert any(value == pytest.approx(number[key], rel=1e-12) for value in values), number
 
 
-def numbers_of(document: object, inside: str = "") -> Any:
+def numbers_of(document: object) -> Any:
     """The numbers with intervals in plain data; an alternative family is left to its model."""
     if isinstance(document, dict):
         ends = [document.get(key, "") for key in ("value", "lower", "upper")]
@@ -81,10 +81,10 @@ def numbers_of(document: object, inside: str = "") -> Any:
             yield document
         for key, inner in document.items():
             if key != "alternative":
-                yield from numbers_of(inner, key)
+                yield from numbers_of(inner)
     elif isinstance(document, list):
         for inner in document:
-            yield from numbers_of(inner, inside)
+            yield from numbers_of(inner)
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)

@@ -12,9 +12,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.files.readers.filled_stamps import BLOCK, CACHED, Filled, sum_of_products
+from allanite.files.readers.filled_stamps import BLOCK, CACHED, Filled
 from allanite.files.readers.late_stamps import InTime
 from allanite.lazy_dataclasses import dataclass
+from allanite.quantities.sums import sum_of_products
 
 __all__ = ["ClockLine", "Marks", "fit_line"]
 

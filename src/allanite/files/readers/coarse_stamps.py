@@ -11,8 +11,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.files.readers.filled_stamps import Filled, sum_of_products
+from allanite.files.readers.filled_stamps import Filled
 from allanite.lazy_dataclasses import dataclass
+from allanite.quantities.sums import sum_of_products
 
 __all__ = ["CoarseStamps", "coarse_interval", "pauses_between", "shared_step", "without_place"]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError
 from allanite.lazy_dataclasses import dataclass
 
-__all__ = ["BLOCK", "CACHED", "ArrayStamps", "Filled", "KeptStamps", "Stamps", "sum_of_products"]
+__all__ = ["BLOCK", "CACHED", "ArrayStamps", "Filled", "KeptStamps", "Stamps"]
 
 _Floats = NDArray[np.float64]
 
@@ -20,11 +20,6 @@ BLOCK: Final = 1 << 20
 #: Stamps of a pass that computes much of each: its intermediate results stay in the cache of a processor.
 CACHED: Final = 1 << 17
 _IN_MEMORY = 32 << 20  # stamps that are kept; more are read again in every pass
-
-
-def sum_of_products(x: _Floats, y: _Floats) -> float:
-    """Of two rows, without the threads of linear algebra: they cost more than they save, and change the last digits."""
-    return float(np.einsum("i,i", x, y))
 
 
 class Stamps(Protocol):

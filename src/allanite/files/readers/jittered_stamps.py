@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.files.readers.filled_stamps import sum_of_products
+from allanite.quantities.sums import sum_of_products
 
 __all__ = ["MARGIN", "between", "common_slope", "holds", "interval_between_pauses", "steps_of"]
 

@@ -23,12 +23,13 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError
 from allanite.files.readers.clock_line import ClockLine, Marks, fit_line
 from allanite.files.readers.coarse_stamps import without_place
-from allanite.files.readers.filled_stamps import CACHED, ArrayStamps, Filled, Stamps, sum_of_products
+from allanite.files.readers.filled_stamps import CACHED, ArrayStamps, Filled, Stamps
 from allanite.files.readers.grid_check import in_stalls, off_grid_share
 from allanite.files.readers.late_stamps import InTime
 from allanite.files.readers.set_back import between, longest_alone
 from allanite.files.readers.stamp_regimes import JUDGES, LONGEST, SHORTEST, Probe, no_grid, probe_of
 from allanite.lazy_dataclasses import dataclass
+from allanite.quantities.sums import sum_of_products
 
 __all__ = ["ArrayStamps", "Stamps", "Timebase", "even_grid", "fit_grid", "resolution_of"]
 

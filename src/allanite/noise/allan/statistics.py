@@ -40,6 +40,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise.allan.covariance import complete_starts, touching_starts
 from allanite.plain_files.counted import plural
+from allanite.quantities.sums import sum_of_products
 from allanite.recording.block_series import BlockSeries
 from allanite.recording.records import BLOCK, OVERLOAD, Recording, merge_spans
 from allanite.recording.sample_columns import ArrayColumn, let_go
@@ -452,7 +453,7 @@ def _strided(phase: Phase, statistic: Statistic, lags: NDArray[np.int64]) -> tup
         if len(phase.missing):
             starts = np.arange(len(difference)) * int(m)
             difference = difference[inside(starts, phase.starts(statistic, int(m)))]
-        sums[i], count[i] = np.dot(difference, difference), len(difference)
+        sums[i], count[i] = sum_of_products(difference, difference), len(difference)
     return sums, count
 
 

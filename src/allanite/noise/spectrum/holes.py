@@ -52,6 +52,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.lazy_dataclasses import dataclass
+from allanite.quantities.sums import sum_of_products
 
 __all__ = ["Bridge", "Bridged"]
 
@@ -252,7 +253,7 @@ def _short(missing: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 def _autocovariance(values: Array, present: NDArray[np.bool_]) -> Array:
     """R(0) about the mean of the block, and R(h) = R(0) - D(h)/2 by mean squared differences D: no cancellation."""
-    whole = float(values @ values) / max(int(present.sum()), 1)
+    whole = sum_of_products(values, values) / max(int(present.sum()), 1)
     covariance = [whole]
     for h in range(1, 3 * _REACH + 1):
         both = present[h:] & present[:-h]

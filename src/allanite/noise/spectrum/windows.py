@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
+from allanite.quantities.sums import sum_of_products
 
 __all__ = ["HANN", "WINDOWS", "Window", "window_of"]
 
@@ -77,13 +78,13 @@ class Window:
     def overlap(self, length: int, hop: int) -> Array:
         """Correlation of the powers of one bin in segments 0, 1, 2, ... hops apart, for white noise."""
         w = self.samples(length)
-        shared = [float(w[: length - d] @ w[d:]) for d in range(0, length, hop)]
+        shared = [sum_of_products(w[: length - d], w[d:]) for d in range(0, length, hop)]
         return (np.array(shared) / shared[0]) ** 2
 
     def neighbours(self, length: int, hop: int, most: int) -> tuple[Array, Array]:
         """Correlation of the powers of bins 0, 1, ..., `most` apart: in one segment, and in two a hop apart."""
         w = self.samples(length)
-        energy = float(w @ w)
+        energy = sum_of_products(w, w)
         same = np.abs(np.fft.rfft(w * w)) / energy
         other = np.abs(np.fft.rfft(w[: length - hop] * w[hop:], length)) / energy
         return same[: most + 1] ** 2, other[: most + 1] ** 2

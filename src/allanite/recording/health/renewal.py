@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.lazy_dataclasses import dataclass
+from allanite.quantities.sums import sum_of_products
 from allanite.recording.records import BLOCK, Recording
 
 __all__ = ["ALARM", "Renewal", "fresh_rows", "renewal_of"]
@@ -285,7 +286,7 @@ def _scatter(
         place = np.rint(cycles)
         off = cycles - place
         low, high = min(low, float(off.min())), max(high, float(off.max()))
-        square, count = square + float(off @ off), count + len(rows)
+        square, count = square + sum_of_products(off, off), count + len(rows)
         shared += int(np.count_nonzero(np.diff(place) < 1))
         shared += 0 if first is None else int(place[0] <= before)
         first = float(rows[0]) if first is None else first
