@@ -95,7 +95,7 @@ $(BIN)/python: | prerequisites
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.run: $(BUILD_INPUTS) | $(BIN)/python
-	$(BIN)/python -m pip install --quiet --no-compile -e .
+	$(BIN)/python -m pip install --quiet --no-compile -e ".[plot]"
 	@touch $@
 
 # uv installs a hundred packages in half of pip's time; pip is asked where uv cannot reach them, as behind an index of its own.

@@ -553,7 +553,7 @@ def test_nobody_there(nobody):
 )
 def test_a_missing_extra_is_named_with_its_command(package, resource, monkeypatch):
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(InstrumentError, match=r"pip install 'allanite\[instruments\]'"):
+    with pytest.raises(InstrumentError, match=r'pip install "allanite\[instruments\]"'):
         open_transport(resource)
 
 

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.plain_files.atomic_file import fresh, make_folder, refuse_existing
+from allanite.plain_files.extras import require
 from allanite.plain_files.json_values import plain as plain_values
 from allanite_seed_paper import twin
 
@@ -232,6 +233,8 @@ def run_seed_paper(
 
     Raises
     ------
+    InputError
+        Matplotlib, which draws the figures, is not installed.
     StorageError
         A file exists and `force` is not given, or the disk refuses.
     """
@@ -239,6 +242,7 @@ def run_seed_paper(
     from allanite.views.report import render
     from allanite_seed_paper.report import page
 
+    require("matplotlib", "plot", "the whole experiment, with its figures as PDF and PNG,")
     place, advance = Path(out), progress or (lambda fraction, what: None)
     report, plain = place / "report.html", place / "demonstration.json"
     refuse_existing(report, plain, force=force)

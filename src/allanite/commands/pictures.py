@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import io
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.atomic_file import fresh, refuse_existing
+from allanite.plain_files.extras import require
 
 __all__ = ["Delivered", "refuse_figure", "save_figure"]
 
@@ -37,21 +40,39 @@ def refuse_figure(path: str | os.PathLike[str], *, force: bool) -> None:
     Raises
     ------
     InputError
-        A suffix that is no picture.
+        A suffix that is no picture, or one that needs a package which is not installed.
     StorageError
         The file exists and `force` is not given.
     """
-    if Path(path).suffix.lower() not in _FIGURES:
+    suffix = Path(path).suffix.lower()
+    if suffix not in _FIGURES:
         raise InputError(f"{path}: a figure is written as {', '.join(_FIGURES)}; give one of these suffixes")
+    if suffix != ".svg":
+        require("matplotlib", "plot", f"a figure as {suffix}", ", or write it as .svg")
     refuse_existing(path, force=force)
 
 
 def save_figure(result: object, path: str | os.PathLike[str], *, force: bool = False, **options: Any) -> Path:
     """Draw a result on paper; the suffix of the path says how. Options are those of `plot`."""
+    refuse_figure(path, force=force)
+    suffix = Path(path).suffix.lower()
+    drawn = _svg(result, options) if suffix == ".svg" else _by_matplotlib(result, suffix, options)
+    with fresh(path, force=force) as place:
+        place.write_bytes(drawn)
+    return Path(path)
+
+
+def _svg(result: object, options: Mapping[str, Any]) -> bytes:
+    """By our own drawing, which needs no package."""
+    from allanite.views.figures import sheet_of
+    from allanite.views.figures.picture import svg
+
+    return svg(sheet_of(result, **options)).encode()
+
+
+def _by_matplotlib(result: object, suffix: str, options: Mapping[str, Any]) -> bytes:
     from allanite.views.figures import plot
 
-    refuse_figure(path, force=force)
-    drawn = plot(result, **options)
-    with fresh(path, force=force) as place:
-        drawn.savefig(place, dpi=200)
-    return Path(path)
+    drawn = io.BytesIO()
+    plot(result, **options).savefig(drawn, format=suffix[1:], dpi=200)
+    return drawn.getvalue()

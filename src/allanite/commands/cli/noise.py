@@ -82,7 +82,7 @@ def allan(
     Gaps and overloads are excluded. Other problems are not checked: see `allanite info`.
     """
     from allanite.commands.curves import interval_errors_of, over_floor_of, plain_curves, save_curve
-    from allanite.commands.pictures import save_figure
+    from allanite.commands.pictures import refuse_figure, save_figure
     from allanite.commands.recordings import read_part
     from allanite.errors import InputError
     from allanite.noise.allan import allan_curve
@@ -100,6 +100,8 @@ def allan(
         else:
             show_interval_errors(errors)
         return 0
+    if figure is not None:
+        refuse_figure(figure, force=force)
     grid = {"taus": taus, "statistic": statistic, "engine": engine, "confidence": confidence}
     recording = read_part(place_of(log), **options)
     with progress(quiet=as_json or output == "-") as advance:

@@ -11,6 +11,7 @@ from typing import Any
 from allanite.errors import InputError
 from allanite.files.readers import run as runs
 from allanite.lazy_dataclasses import dataclass
+from allanite.plain_files.extras import require
 
 __all__ = ["LogAddress", "file_system", "logs_of"]
 
@@ -100,10 +101,9 @@ def file_system(address: str) -> tuple[Any, str]:
     InputError
         There is no fsspec.
     """
-    try:
-        from fsspec.core import url_to_fs
-    except ImportError:
-        raise InputError(f"{address}: addresses need fsspec: pip install 'allanite[cluster]'") from None
+    require("fsspec", "cluster", f"the address {address}")
+    from fsspec.core import url_to_fs
+
     system, path = url_to_fs(address)
     system.invalidate_cache()
     return system, path

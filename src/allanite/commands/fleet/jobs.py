@@ -12,6 +12,7 @@ from typing import Any
 from allanite import __version__
 from allanite.commands.fleet import worker
 from allanite.errors import WorkerError
+from allanite.plain_files.extras import require
 
 __all__ = ["Workers", "dask_client", "outcomes", "workers"]
 
@@ -119,10 +120,9 @@ def dask_client(address: str) -> Iterator[Any]:
     WorkerError
         Dask is not installed, or nobody answers.
     """
-    try:
-        from distributed import Client
-    except ImportError:
-        raise WorkerError("a scheduler needs Dask: pip install 'allanite[cluster]'") from None
+    require("distributed", "cluster", "a scheduler of Dask", error=WorkerError)
+    from distributed import Client
+
     connect: Callable[..., Any] = Client
     try:
         client = connect(address, timeout=_ANSWER)

@@ -24,6 +24,11 @@ numbers, and a file that crashes a parser costs one job.
 ============== ===========================================================================================
 """
 
-from allanite.commands.page.server import serve
+from allanite.plain_files.extras import require
+
+require("starlette", "page", "the page")
+require("uvicorn", "page", "the page")
+
+from allanite.commands.page.server import serve  # noqa: E402 - nearly every module of the page imports them
 
 __all__ = ["serve"]

@@ -16,7 +16,9 @@ from typing import Any
 
 from allanite.commands.page.children import Quick
 from allanite.commands.page.replies import Refused
+from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
+from allanite.plain_files.extras import require
 
 __all__ = ["KINDS", "Attached", "Named", "listed_here"]
 
@@ -120,14 +122,15 @@ def listed_here() -> dict[str, Any]:
     for of in (_ports, _resources):
         try:
             instruments += of()
-        except ModuleNotFoundError as error:
-            notes.append(f"{error.name} is not installed: pip install 'allanite[instruments]'")
+        except InputError as missing:
+            notes.append(str(missing))
         except Exception as error:  # noqa: BLE001 - drivers of others; what they cannot list is said
             notes.append(f"{'serial ports' if of is _ports else 'VISA'}: {error}")
     return {"instruments": instruments, "notes": notes}
 
 
 def _ports() -> list[dict[str, str]]:
+    require("serial", "instruments", "the list of serial ports")
     from serial.tools.list_ports import comports
 
     return [
@@ -139,6 +142,7 @@ def _ports() -> list[dict[str, str]]:
 
 def _resources() -> list[dict[str, str]]:
     """Instruments at GPIB and USB. Asked for more, VISA would look for others in the network."""
+    require("pyvisa", "instruments", "the list of VISA resources")
     import pyvisa
 
     try:

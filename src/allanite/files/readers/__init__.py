@@ -7,7 +7,7 @@ Recording), `arrays` (named arrays to columns), `contents` (which of several tab
 that is no log), `clock_table` (phase and frequency), `headings` (what a column name says), `stamps` (which column is
 time), `stated_time`, `stamp_units` and `turning` (how its values count), `part` (between two times), `timebase` (stamps
 to an even grid, along the line of `clock_line`), `spool` (unpacking within limits), `sandbox` (parsing in a child
-process), `extras` (packages that not everybody installs), `hdf5_tree` (HDF5 that stays in its file) and `record_chain`
+process), `hdf5_tree` (HDF5 that stays in its file) and `record_chain`
 (records in a torn stream); `joining` makes one log of several files.
 
 To add a format: one module, one word in `READERS`, one folder in ``tests/samples``.

@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError, InputError, LimitError
 from allanite.files.readers.arrays import length_of, one_record, picked, table_of
 from allanite.files.readers.contents import FilePart, choose_part, listed
-from allanite.files.readers.extras import require
 from allanite.files.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
 from allanite.files.readers.headings import may_be_time, read_heading
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.table import Options, Table
+from allanite.plain_files.extras import require
 from allanite.plain_files.regular_file import regular
 
 NAME: Final = "HDF5"
@@ -67,7 +67,7 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         It would unpack to far more than its size.
     """
-    require("h5py", "hdf5", path, "an HDF5 file")
+    require("h5py", "hdf5", f"{path.name} is an HDF5 file; reading it")
     size = path.stat().st_size
     facts, arrays = run(
         f"{__name__}:table_in",

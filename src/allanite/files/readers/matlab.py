@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.files.readers import matlab_hdf5
 from allanite.files.readers.arrays import chosen_table, picked
-from allanite.files.readers.extras import require
 from allanite.files.readers.matlab_objects import said_of_objects
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import refuse_bomb
 from allanite.files.readers.table import Options, Table
+from allanite.plain_files.extras import require
 from allanite.plain_files.limits import PARTS, refuse_more
 from allanite.plain_files.regular_file import open_regular, regular
 
@@ -93,8 +93,7 @@ def _version73(path: Path) -> _Found:
     require(
         "h5py",
         "matlab",
-        path,
-        "a MATLAB file of version 7.3 (HDF5)",
+        f"{path.name} is a MATLAB file of version 7.3 (HDF5); reading it",
         otherwise="; or in MATLAB: load it, then save('log.mat', ..., '-v7')",
     )
     size = path.stat().st_size

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.files.readers.contents import FilePart, choose_part, listed, message_table
-from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.table import Options, Table
+from allanite.plain_files.extras import require
 from allanite.plain_files.regular_file import open_regular
 
 NAME: Final = "MAVLink"
@@ -77,7 +77,7 @@ def read(path: Path, options: Options) -> Table:
     DataQualityError
         The message asked for never comes.
     """
-    require("pymavlink", "mavlink", path, "a MAVLink telemetry log")
+    require("pymavlink", "mavlink", f"{path.name} is a MAVLink telemetry log; reading it")
     size = path.stat().st_size
     facts, arrays = run(
         f"{__name__}:table_in",

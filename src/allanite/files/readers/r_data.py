@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError
 from allanite.files.readers.arrays import chosen_table
-from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import refuse_bomb
 from allanite.files.readers.table import Options, Table
+from allanite.plain_files.extras import require
 from allanite.plain_files.limits import PARTS, refuse_more
 from allanite.plain_files.regular_file import open_regular
 
@@ -78,7 +78,10 @@ def read(path: Path, options: Options) -> Table:
         It would unpack to far more than its size, or take too long.
     """
     require(
-        "rdata", "r", path, "a file of R", otherwise='; or in R: write.csv(log, "log.csv", row.names = FALSE)'
+        "rdata",
+        "r",
+        f"{path.name} is a file of R; reading it",
+        otherwise='; or in R: write.csv(log, "log.csv", row.names = FALSE)',
     )
     unpacked = _unpacked_size(path)
     facts, by_number = run(

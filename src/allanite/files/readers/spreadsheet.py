@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.files.readers import delimited
 from allanite.files.readers.contents import FilePart, choose_part, listed
-from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
 from allanite.files.readers.table import Options, Table
+from allanite.plain_files.extras import require
 from allanite.plain_files.limits import COLUMNS, SHEETS, refuse_more
 from allanite.plain_files.regular_file import regular
 
@@ -72,7 +72,12 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         It unpacks to far more than its size, or needs more memory than it may.
     """
-    require("python_calamine", "spreadsheet", path, "a spreadsheet", otherwise=", or save the sheet as .csv")
+    require(
+        "python_calamine",
+        "spreadsheet",
+        f"{path.name} is a spreadsheet; reading it",
+        otherwise=", or save the sheet as .csv",
+    )
     size = path.stat().st_size
     _refuse_bomb(path)
     facts, arrays = run(

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
 from allanite.files.readers.contents import FilePart, choose_part, listed
-from allanite.files.readers.extras import require
 from allanite.files.readers.headings import read_heading
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import GrowingColumn, refuse_bomb
 from allanite.files.readers.table import Options, Table
+from allanite.plain_files.extras import require
 from allanite.plain_files.limits import PARTS, refuse_more
 from allanite.plain_files.regular_file import regular
 from allanite.recording.records import ArrayColumn
@@ -61,7 +61,7 @@ def read(path: Path, options: Options) -> Table:
     DataQualityError
         No samples.
     """
-    require("nptdms", "labview", path, "a LabVIEW TDMS file")
+    require("nptdms", "labview", f"{path.name} is a LabVIEW TDMS file; reading it")
     size = path.stat().st_size
     facts, arrays = run(
         f"{__name__}:table_in",

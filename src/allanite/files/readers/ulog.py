@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
 from allanite.files.readers.contents import FilePart, choose_part, listed, message_table
-from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.table import Options, Table
 from allanite.plain_files.counted import plural
+from allanite.plain_files.extras import require
 from allanite.plain_files.limits import COLUMNS, PARTS, refuse_more
 from allanite.plain_files.regular_file import open_regular, regular
 
@@ -65,7 +65,7 @@ def read(path: Path, options: Options) -> Table:
     DataQualityError
         No samples.
     """
-    require("pyulog", "px4", path, "a PX4 ULog")
+    require("pyulog", "px4", f"{path.name} is a PX4 ULog; reading it")
     size = path.stat().st_size
     facts, arrays = run(
         f"{__name__}:table_in",

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from allanite.errors import InputError
+from allanite.plain_files.extras import require
 from allanite.quantities.result import Result
 from allanite.views.figures.panel import Panel, Sheet
 from allanite.views.registry import VIEWS, kind_of
@@ -100,7 +101,8 @@ def plot(
     Raises
     ------
     InputError
-        Nothing that has a figure, an unknown option or channel, or another number of axes than panels.
+        Nothing that has a figure, an unknown option or channel, or another number of axes than panels; Matplotlib is
+        not installed.
 
     Examples
     --------
@@ -116,6 +118,7 @@ def plot(
         from allanite.views.figures.screen import ScreenFigure
 
         return ScreenFigure(sheet, dark=dark)
+    require("matplotlib", "plot", "a figure of Matplotlib", ", or draw it with interactive=True")
     from allanite.views.figures.matplotlib import figure, figure_with
 
     return figure(sheet, dark=dark) if ax is None else figure_with(ax, sheet, dark=dark)

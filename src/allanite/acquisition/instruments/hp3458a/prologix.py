@@ -14,9 +14,10 @@ import socket
 import time
 from typing import Any, Protocol
 
-from allanite.acquisition.instruments.hp3458a.resources import DEFAULT_PORT, missing_extra
+from allanite.acquisition.instruments.hp3458a.resources import DEFAULT_PORT
 from allanite.acquisition.instruments.port_names import refusal_of_path
 from allanite.errors import InstrumentError
+from allanite.plain_files.extras import require
 
 __all__ = ["Link", "PrologixTransport", "SerialLink", "TcpLink", "escaped"]
 
@@ -95,10 +96,9 @@ class SerialLink:
     def __init__(self, port: str, baudrate: int = 115200) -> None:
         if refusal := refusal_of_path(port):
             raise InstrumentError(refusal)
-        try:
-            import serial
-        except ImportError as error:
-            raise missing_extra("pyserial") from error
+        require("serial", "instruments", f"an adapter at {port}", error=InstrumentError)
+        import serial
+
         self._name = port
         self._broken: tuple[type[BaseException], ...] = (OSError, serial.SerialException)
         try:

@@ -7,9 +7,9 @@ import re
 from pathlib import Path
 
 from allanite.acquisition.instruments.port_names import refusal_of_path
-from allanite.errors import InputError, InstrumentError
+from allanite.errors import InputError
 
-__all__ = ["DEFAULT_PORT", "PROLOGIX", "SOCKET", "device_of", "missing_extra", "refuse_unfit"]
+__all__ = ["DEFAULT_PORT", "PROLOGIX", "SOCKET", "device_of", "refuse_unfit"]
 
 PROLOGIX = re.compile(r"prologix://(?P<where>.+)/(?P<address>\d{1,2})", re.IGNORECASE)
 SOCKET = re.compile(r"TCPIP\d*::(?P<host>.+)::(?P<port>\d+)::SOCKET", re.IGNORECASE)
@@ -19,13 +19,6 @@ _VISA = re.compile(
 )
 #: Port of an adapter in the network.
 DEFAULT_PORT = 1234
-
-
-def missing_extra(package: str) -> InstrumentError:
-    """The error that names a package and how to install it."""
-    return InstrumentError(
-        f"{package} is not installed, and this connection needs it: pip install 'allanite[instruments]'"
-    )
 
 
 def refuse_unfit(resource: str) -> None:

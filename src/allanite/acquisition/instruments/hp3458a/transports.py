@@ -11,8 +11,9 @@ from __future__ import annotations
 import time
 from typing import Any, Protocol
 
-from allanite.acquisition.instruments.hp3458a.resources import PROLOGIX, SOCKET, missing_extra, refuse_unfit
+from allanite.acquisition.instruments.hp3458a.resources import PROLOGIX, SOCKET, refuse_unfit
 from allanite.errors import InstrumentError
+from allanite.plain_files.extras import require
 
 __all__ = ["Transport", "VisaTransport", "open_transport"]
 
@@ -86,10 +87,9 @@ class VisaTransport:
     """
 
     def __init__(self, resource: str, *, connect_timeout: float = 5.0, backend: str = "") -> None:
-        try:
-            import pyvisa
-        except ImportError as error:
-            raise missing_extra("pyvisa") from error
+        require("pyvisa", "instruments", f"the connection {resource}", error=InstrumentError)
+        import pyvisa
+
         self._visa: Any = pyvisa
         self._name = resource
         self._socket = bool(SOCKET.fullmatch(resource))
@@ -114,7 +114,7 @@ class VisaTransport:
             # pyvisa-py raises bare Exception, ValueError, OSError and VisaIOError for the same thing.
             raise InstrumentError(
                 f"{self._name}: cannot be opened ({error}); is it switched on, is the address right, and is a VISA "
-                "library (or pyvisa-py: pip install 'allanite[instruments]') installed?"
+                'library (or pyvisa-py: pip install "allanite[instruments]") installed?'
             ) from error
 
     def write(self, message: bytes) -> None:

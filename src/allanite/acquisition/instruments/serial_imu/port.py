@@ -13,6 +13,7 @@ from typing import Any
 from allanite.acquisition.instruments.port_names import refusal_of_port
 from allanite.acquisition.instruments.serial_imu.layout import PortSettings
 from allanite.errors import InstrumentError
+from allanite.plain_files.extras import require
 
 __all__ = ["SerialPort"]
 
@@ -37,12 +38,9 @@ class SerialPort:
             name
         ):  # each time: a device that went away may have left another thing behind
             raise InstrumentError(refusal)
-        try:
-            import serial
-        except ModuleNotFoundError:
-            raise InstrumentError(
-                "a serial port needs pyserial, which is not installed: pip install 'allanite[instruments]'"
-            ) from None
+        require("serial", "instruments", "a serial port", error=InstrumentError)
+        import serial
+
         self.name = name
         parity = {"none": serial.PARITY_NONE, "even": serial.PARITY_EVEN, "odd": serial.PARITY_ODD}
         # pyserial lets through what the system says on some paths

@@ -15,9 +15,9 @@ from typing import Final
 import numpy as np
 
 from allanite.errors import DataQualityError
-from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.table import Options, Table
+from allanite.plain_files.extras import require
 from allanite.recording.records import ArrayColumn, Column, Spliced
 
 NAME: Final = "ROS"
@@ -50,7 +50,7 @@ def read(path: Path, options: Options) -> Table:
     DataQualityError
         The topic has no messages.
     """
-    require("rosbags", "ros", path, "a ROS recording")
+    require("rosbags", "ros", f"{path.name} is a ROS recording; reading it")
     size = _size(path)
     head, arrays = run(
         f"{__name__}.table:table_in",
