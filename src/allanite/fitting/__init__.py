@@ -23,6 +23,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from allanite.errors import InputError
+from allanite.plain_files.loggers import logger_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 
 __all__ = ["fit"]
 
+_LOG = logger_of(__name__)
 _OF_CURVE = ("moments", "slopes")
 _OF_RECORDING = ("likelihood", "spectral")
 
@@ -98,6 +100,9 @@ def fit(
     from allanite.recording.records import Recording
 
     _check_kind(measured)
+    names = ", ".join(channel.name for channel in measured.channels)
+    method = method or (_OF_RECORDING if isinstance(measured, Recording) else _OF_CURVE)[0]
+    _LOG.info("fit of %s by %s begins", names, method)
     if isinstance(measured, Recording):
         if exclude is not None:
             raise InputError("exclude= leaves out lags of a curve; it does not apply to a recording")
@@ -105,15 +110,17 @@ def fit(
             raise InputError(
                 "floor= goes with the curve of a recording: fit(allan_curve(recording)[name], floor=...)"
             )
-        model = _fit_recording(measured, method or "likelihood", {**options, "confidence": confidence})
+        model = _fit_recording(measured, method, {**options, "confidence": confidence})
         channels = [measured[options["channel"]]] if options.get("channel") else _noisy(measured)
         if screen is not False and len(channels) == 1:
             model = screened(model, measured, channels[0].name, None if screen is True else screen)
     else:
-        model = _fit_curve(measured, method or "moments", exclude, confidence, floor, options)
+        model = _fit_curve(measured, method, exclude, confidence, floor, options)
         model = unscreened(model, measured) if screen is not False else model
         channels = list(measured.channels)
-    return with_scale_uncertainty(model, channels[0].scale_uncertainty if len(channels) == 1 else None)
+    model = with_scale_uncertainty(model, channels[0].scale_uncertainty if len(channels) == 1 else None)
+    _LOG.info("fit of %s by %s: %s", names, method, model)
+    return model
 
 
 def _check_kind(measured: object) -> None:

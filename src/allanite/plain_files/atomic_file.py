@@ -10,8 +10,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from allanite.errors import StorageError
+from allanite.plain_files.loggers import logger_of
 
 __all__ = ["fresh", "make_folder", "refuse_existing", "synced"]
+
+_LOG = logger_of(__name__)
 
 
 @contextmanager
@@ -55,6 +58,7 @@ def fresh(path: str | os.PathLike[str], *, force: bool = False, durable: bool = 
         if durable:
             synced(place)
         place.replace(target)
+        _LOG.info("wrote %s", target)
         if durable:
             synced(target.parent)
     except OSError as error:

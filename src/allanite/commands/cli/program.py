@@ -175,9 +175,32 @@ defer = _COMMANDS.defer
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=_EXAMPLE.format("allanite characterize gyro.csv --unit deg/s"),
 )
+@click.option("-v", "--verbose", count=True, help="Report each step on stderr; -vv adds details.")
 @click.version_option(__version__, prog_name="allanite")
-def cli() -> None:
+def cli(verbose: int) -> None:
     """From a log of a sensor at rest to a noise model you can trust, a filter, and the Earth's rotation."""
+    if verbose:
+        _report_steps(details=verbose > 1)
+
+
+def _report_steps(*, details: bool) -> None:
+    """Show what the library logs, as long as the command runs; lines and a bar that moves would mix."""
+    import logging
+
+    from allanite.views.terminal.console import listen
+
+    reports, shown = logging.getLogger("allanite"), logging.StreamHandler()
+    shown.setFormatter(logging.Formatter("%(name)s: %(message)s"))
+    level = reports.level
+    reports.addHandler(shown)
+    reports.setLevel(logging.DEBUG if details else logging.INFO)
+    listen(lambda fraction, text="": None)
+
+    @click.get_current_context().call_on_close
+    def silent() -> None:
+        reports.removeHandler(shown)
+        reports.setLevel(level)
+        listen(None)
 
 
 def example_of(example: str) -> str:

@@ -27,6 +27,7 @@ from allanite.files.readers.table import Options, Table
 from allanite.files.readers.timebase import Stamps, Timebase, even_grid, fit_grid
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import COLUMNS, refuse_more
+from allanite.plain_files.loggers import logger_of
 from allanite.quantities.units import QuantityKind
 from allanite.recording.checked_samples import checked_rate
 from allanite.recording.health.catalogue import CATALOGUE
@@ -35,6 +36,7 @@ from allanite.recording.records import Column, Recording, Spliced
 
 __all__ = ["assemble", "time_of"]
 
+_LOG = logger_of(__name__)
 _INERTIAL = {QuantityKind.ANGLE_RATE, QuantityKind.ANGLE, QuantityKind.ACCELERATION, QuantityKind.VELOCITY}
 #: A rate in the name of a file: static_200Hz.csv, imu-1kHz, 62p5hz.
 _RATE_IN_NAME = re.compile(r"(?<![\d.])(\d+(?:[.p]\d+)?)[ _-]?(k?)(?:hz|sps)(?![a-z])", re.IGNORECASE)
@@ -116,6 +118,9 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         source=name,
         notes=_notes(table, base, units_from, guesses),
     )
+    _LOG.info("%s, %s: %r", name, table.format, recording)
+    _LOG.info("%s: time from %s, units from %s", name, base.facts["source"], units_from)
+    _LOG.debug("%s: clock line: %s", name, base.facts)
     if rows is not None or (options.start, options.stop) == (None, None):
         return recording
     return recording.window(options.start, options.stop)

@@ -28,11 +28,13 @@ from allanite.filtering.kalman.series import SeriesEnvelope, instants
 from allanite.filtering.kalman.smoothing import block_rows, smoothed_blocks
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
+from allanite.plain_files.loggers import logger_of
 from allanite.recording.block_series import BlockSeries
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling
 
 __all__ = ["Filtered", "filter_recording"]
 
+_LOG = logger_of(__name__)
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
 
@@ -236,6 +238,11 @@ def filter_recording(
     conditions = _conditions(given, used, flicker, states.space.labels)
     if work.skipped and form == "covariance":
         conditions = replace(conditions, broke=work.skipped)
+        _LOG.info(
+            "%s: rounding broke the covariance in %d rows: the square-root form is used",
+            facts.name,
+            work.skipped,
+        )
         work = _FilterPass(source, states, smooth, "square root", progress)
         work.run()
     return _result(source, used, states, work, replace(conditions, left_out=work.skipped))

@@ -36,6 +36,7 @@ from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.counted import plural
 from allanite.plain_files.csv_cells import heading_cell
 from allanite.plain_files.json_values import parse_plain
+from allanite.plain_files.loggers import logger_of
 from allanite.plain_files.regular_file import read_regular_text
 from allanite.quantities.display_units import si_unit
 from allanite.quantities.tabular import Columns, Tabular
@@ -44,6 +45,7 @@ from allanite.recording.records import Channel, Recording, Sampling, checked_rec
 
 __all__ = ["AllanCurve", "allan_curve"]
 
+_LOG = logger_of(__name__)
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
 Engine = Literal["auto", "exact", "decimated"]
@@ -490,6 +492,7 @@ def allan_curve(
     lags = _lags(chosen, taus, n, recording.dt)
     way = _engine(engine, chosen, recording, taus, lags)
     lags = decimable(lags) if way == "decimated" and not chosen.theo else lags
+    _LOG.info("%s of %s: %d averaging times, engine %s", chosen.name, ", ".join(names), len(lags), way)
     columns, missing, tails = [], [], []
     for i, name in enumerate(names):
         step = None if progress is None else _scaled(progress, i, len(names))

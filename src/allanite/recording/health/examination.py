@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
+from allanite.plain_files.counted import plural
+from allanite.plain_files.loggers import logger_of
 from allanite.recording.channel_names import for_shell
 from allanite.recording.health import (
     constancy,
@@ -55,6 +57,7 @@ Progress = Callable[[float], None]
 #: Share of a record that is worth an analysis of its own.
 WORTH = 0.05
 #: Findings of stretches in which the unit moves.
+_LOG = logger_of(__name__)
 _RESTLESS = ("not_at_rest", "motion", "disturbance")
 
 #: Functions of one channel's survey: the numbers are no readings at all. Then nothing else is said of the channel.
@@ -164,6 +167,9 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
     with np.errstate(invalid="ignore", over="ignore"):  # samples of the wrong byte order are anything
         findings = _with_quiet_part(recording, _found(recording, advance))
     findings = _advise_the_others(recording, findings)
+    _LOG.info("%s: %s", recording.source or "recording", plural(len(findings), "finding"))
+    for each in findings:
+        _LOG.info("%s", each)
     order, names = list(CATALOGUE), {None: -1} | {name: i for i, name in enumerate(recording.names)}
 
     def place(f: Finding) -> tuple[bool, int, int, int]:
