@@ -118,6 +118,7 @@ PUBLIC_NAMES = [
     "plot",
     "power_spectrum",
     "predict_alignment",
+    "progress_bar",
     "read",
     "read_curve",
     "read_datasheet",

@@ -169,6 +169,7 @@ if TYPE_CHECKING:
     from allanite.study.model_file import load_models, model_of, save_models
     from allanite.study.study import Study
     from allanite.views.figures import plot
+    from allanite.views.progress import progress_bar
     from allanite.views.report import render
 
 __all__ = [
@@ -238,6 +239,7 @@ __all__ = [
     "plot",
     "power_spectrum",
     "predict_alignment",
+    "progress_bar",
     "read",
     "read_curve",
     "read_datasheet",
@@ -322,6 +324,7 @@ _HOMES = {
     "plot": "views.figures",
     "power_spectrum": "noise.spectrum.estimation",
     "predict_alignment": "experiments.alignment",
+    "progress_bar": "views.progress",
     "read": "files.readers",
     "read_curve": "files.foreign_curves",
     "read_datasheet": "study.datasheet",
