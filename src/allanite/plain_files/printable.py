@@ -57,9 +57,10 @@ class Shielded:
     def __init__(self, stream: Any) -> None:
         self.bare: Any = stream.bare if isinstance(stream, Shielded) else stream
 
-    def write(self, text: str) -> int:
-        """Write text; the number of its characters."""
-        self.bare.write(printable(text, lines=True))
+    def write(self, text: str | bytes) -> int:
+        """Write text; the number of its characters. Click has encoded what it gives a shell for completion."""
+        words = text if isinstance(text, str) else text.decode("utf-8", "replace")
+        self.bare.write(printable(words, lines=True))
         return len(text)
 
     def writelines(self, lines: Iterable[str]) -> None:

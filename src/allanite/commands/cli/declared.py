@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from allanite.commands.cli.completion import complete_files
 from allanite.commands.cli.options import log_options, place_of, with_options
 from allanite.commands.cli.positions import files_of, headed_files_of, position_option, single_log
 from allanite.commands.cli.program import command, defer, example_of, family
@@ -118,7 +119,7 @@ def _of_subject(declared: Command) -> tuple[Bundle, ...]:
     if declared.takes == "model":
         return reading
     if declared.takes == "pair":
-        return click.argument("second"), click.argument("first")
+        return tuple(click.argument(name, shell_complete=complete_files) for name in ("second", "first"))
     if declared.takes == "fleet":
         return (click.argument("fleet", type=click.Path(exists=True)),)
     if declared.takes in ("study", "sheet"):
@@ -126,9 +127,11 @@ def _of_subject(declared: Command) -> tuple[Bundle, ...]:
         return *reading, click.argument(declared.takes, type=file)
     several = declared.takes == "recordings"
     if not (several or declared.positions):
-        return *reading, click.argument("log")
+        return *reading, click.argument("log", shell_complete=complete_files)
     metavar = "RECORD RECORD..." if several else "LOG..."
-    return *reading, click.argument("logs", metavar=metavar, nargs=-1, required=True)
+    return *reading, click.argument(
+        "logs", metavar=metavar, nargs=-1, required=True, shell_complete=complete_files
+    )
 
 
 def _refuse_missing(declared: Command, given: dict[str, Any]) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from allanite.commands.cli.completion import complete_consumers, complete_files
 from allanite.commands.cli.options import (
     ByChannel,
     Duration,
@@ -23,7 +24,7 @@ __all__ = ["convert", "export", "include_path", "report", "simulate"]
 
 
 @command("allanite simulate study.json --duration 7d --seed 1 -o twin.parquet")
-@click.argument("model")
+@click.argument("model", shell_complete=complete_files)
 @click.option(
     "-o",
     "--output",
@@ -64,7 +65,7 @@ def simulate(
 
 
 @command("allanite convert imu.csv imu.parquet --unit gyro=deg/s,acc=g")
-@click.argument("log")
+@click.argument("log", shell_complete=complete_files)
 @click.argument("output", type=click.Path(dir_okay=False))
 @log_options
 @force_option
@@ -103,7 +104,7 @@ def _list_consumers(context: click.Context, _: click.Parameter, wanted: bool) ->
     callback=_list_consumers,
     help="List the formats, their input and what they contain.",
 )
-@click.argument("consumer")
+@click.argument("consumer", shell_complete=complete_consumers)
 @click.argument("file", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
 @click.option("-o", "--output", help="Output file, or folder for several files.  [default: stdout]")
 @click.option("--walk", help="Treatment of flicker: upper-bound, k-only or horizon=<seconds>.")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from allanite.commands.characterize import CHARACTERIZE
+from allanite.commands.cli.completion import complete_files
 from allanite.commands.cli.declared import offer_below
 from allanite.commands.cli.options import Duration, json_option, log_options, print_json, with_options
 from allanite.commands.cli.program import LOSS, cli, example_of
@@ -64,7 +65,7 @@ def _workers(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @fleet.command("run", epilog=example_of(_EXAMPLE))
-@click.argument("logs", metavar="GLOB...", nargs=-1, required=True)
+@click.argument("logs", metavar="GLOB...", nargs=-1, required=True, shell_complete=complete_files)
 @click.option(
     "--pattern", help="Labels in the path of a log: '{lot}/{unit}_{date}_{temperature}C.bag'.", metavar="TEXT"
 )

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from allanite.commands.cli.completion import complete_files
 from allanite.commands.cli.options import (
     ENGINES,
     Frequencies,
@@ -28,7 +29,7 @@ __all__ = ["allan", "fit", "info"]
 
 
 @command("allanite info imu.csv --unit gyro=deg/s,acc=g")
-@click.argument("log")
+@click.argument("log", shell_complete=complete_files)
 @log_options
 @json_option
 def info(log: str, as_json: bool, **options: Any) -> int:
@@ -55,7 +56,7 @@ def info(log: str, as_json: bool, **options: Any) -> int:
 
 
 @command("allanite allan gyro.csv --unit deg/s --taus 10 -o allan.csv")
-@click.argument("log")
+@click.argument("log", shell_complete=complete_files)
 @log_options
 @click.option("--taus", type=Lags(), default="octave", show_default=True, help=Lags.__doc__)
 @statistic_option("Statistic", "mtie", "tierms")
@@ -119,7 +120,7 @@ def allan(
 
 
 @command("allanite fit allan.csv --json")
-@click.argument("curve_or_log")
+@click.argument("curve_or_log", shell_complete=complete_files)
 @log_options
 @click.option("--curve", is_flag=True, help="The file is an Allan curve from another program.")
 @click.option("--samples", type=int, help="Number of samples behind the curve, if it has no counts.")

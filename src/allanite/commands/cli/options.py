@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import click
 
+from allanite.commands.cli.completion import complete_files, complete_findings
 from allanite.commands.cli.repeated import Listed
 from allanite.commands.option import (
     ACCEPT,
@@ -555,6 +556,11 @@ _KINDS: dict[str, click.ParamType[Any]] = {
     "headings": click.Path(exists=True, dir_okay=False),
 }
 """Type of an `Option` -> that of the command line; any other is text."""
+_COMPLETED = {
+    "findings": complete_findings,
+    **dict.fromkeys(("model", "models", "log", "document", "description"), complete_files),
+}
+"""Type of an `Option` that is text -> what a shell completes it by."""
 
 
 def click_option(
@@ -580,6 +586,8 @@ def click_option(
         more |= {"is_flag": True, "default": None} if "/" in declared.flag else {"is_flag": True}
     else:
         more["type"] = PerLog(kind) if declared.per_log else kind
+    if declared.type in _COMPLETED:
+        more["shell_complete"] = _COMPLETED[declared.type]
     text = declared.help.removesuffix(".") + " (repeatable)." if "multiple" in more else declared.help
     if declared.detail:
         text = f"{text.removesuffix('.')}: {declared.detail}."
