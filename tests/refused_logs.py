@@ -55,6 +55,18 @@ def clock_set() -> np.ndarray:
 
 FORMS = (
     Refusal(
+        line="info log.csv --config bench.toml",
+        files={"log.csv": PLAIN, "bench.toml": '[names]\nw = "gyro_w"\n'},
+        says=("no channel ", " was taken into account; --config none leaves it out)"),
+        instead=("--config",),
+    ),
+    Refusal(
+        line="info log.csv --config nowhere.toml",
+        files={"log.csv": PLAIN},
+        says=("pass --config none, or name another file",),
+        instead=("--config",),
+    ),
+    Refusal(
         line="convert log.csv out.parquet --force --rate 100 --unit deg/s",
         files={"log.csv": "y\n" + "".join(f'"2,5{k % 7}4"\n' for k in range(N))},
         says=("with a decimal comma. Write",),

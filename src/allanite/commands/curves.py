@@ -10,6 +10,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.commands.option import BENCH_FILE
 from allanite.commands.recordings import is_lossy, noise_channels, ready_log
 from allanite.commands.study import study_of
 from allanite.errors import InputError
@@ -152,6 +153,8 @@ def _fit_curve(place: Path, saved: bool, method: str, **options: Any) -> FittedM
     from allanite.fitting import fit
     from allanite.noise.allan import AllanCurve
 
+    if options.get("config") == BENCH_FILE:  # it states how logs are read
+        del options["config"]
     unfit = [
         k
         for k, v in options.items()

@@ -9,6 +9,8 @@ from allanite.lazy_dataclasses import dataclass
 
 __all__ = [
     "ACCEPT",
+    "BENCH",
+    "BENCH_FILE",
     "BETWEEN",
     "CONFIDENCE",
     "DEAD_TIME",
@@ -196,3 +198,10 @@ READING: tuple[Option, ...] = (
     ),
 )  # fmt: skip
 """What every command that reads a log understands."""
+BENCH = option(
+    "text", "--config", "File of the bench with units, scale factors and names of channels, or none.",
+    otherwise="allanite.toml beside LOG, else in the working folder", metavar="FILE", on_page=False,
+)  # fmt: skip
+"""The same for all logs of a bench, on the command line alone: what the page keeps of a log must not change."""
+BENCH_FILE = "auto"
+"""What it is where nobody names a file."""

@@ -57,16 +57,20 @@ def read_part(
     stop: float | None = None,
     source: str | None = None,
     repair: Sequence[str] = (),
+    config: str | os.PathLike[str] | None = None,
     **options: Any,
 ) -> Recording:
     """A log, or the part of it between two times [s] since its first stamp; options are those of `read`.
 
     `source` replaces the name of the file; `repair` names what is to be done to that part
-    (`allanite.recording.cleaning`). Units and such may be given for each of several logs, see `options_of`.
+    (`allanite.recording.cleaning`). `config` is a file of the bench, or "auto" (`allanite.commands.bench_file`). Units
+    and such may be given for each of several logs, see `options_of`.
     """
+    from allanite.commands.bench_file import bench_of
     from allanite.files.readers import read
 
-    recording = read(path, start=start, stop=stop, **options_of(path, options))
+    bench, of_log = bench_of(path, config), options_of(path, options)
+    recording = (read if bench is None else bench.read)(path, start=start, stop=stop, **of_log)
     recording = recording if source is None else replace(recording, source=source)
     if not repair:
         return recording
@@ -152,6 +156,7 @@ def read_floor(floor: str | os.PathLike[str], **options: Any) -> Recording:
         "decimal",
         "kind",
         "carrier",
+        "config",
     )
     recording = read_part(floor, **{k: options[k] for k in kept if options.get(k) is not None})
     for step in recording.history:

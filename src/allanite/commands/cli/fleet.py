@@ -13,8 +13,9 @@ import click
 from allanite.commands.characterize import CHARACTERIZE
 from allanite.commands.cli.completion import complete_files
 from allanite.commands.cli.declared import offer_below
-from allanite.commands.cli.options import Duration, json_option, log_options, print_json, with_options
+from allanite.commands.cli.options import Duration, json_option, print_json, with_options
 from allanite.commands.cli.program import LOSS, cli, example_of
+from allanite.commands.option import READING
 from allanite.plain_files.counted import plural
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def _workers(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.option("--keep", is_flag=True, help="Keep the study of every log in OUT/studies.")
 @_workers
 @with_options(_OF_STUDY)
-@log_options
+@with_options(READING)
 @click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder of the fleet.")
 @json_option
 def run(

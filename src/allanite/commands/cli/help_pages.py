@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import click
 
-from allanite.commands.option import READING
+from allanite.commands.option import BENCH, READING
 from allanite.commands.registry import COMMANDS
 
 __all__ = ["GROUPS", "GroupedCommands", "GroupedOptions", "summary_of"]
@@ -35,7 +35,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 
 #: Options that many commands share, by what they are about; those of a command alone come first.
 _OWN, _READING, _OUTPUT = "Options", "Reading the log", "Output"
-_HELP_OF_READING = {option.flag: option.help for option in READING}
+_HELP_OF_READING = {option.flag: option.help for option in (*READING, BENCH)}
 _FLAGS_OF_OUTPUT = frozenset(
     {"--out", "--output", "--plot", "--force", "--json", "--si", "--details", "--quiet"}
 )

@@ -20,6 +20,8 @@ from allanite.commands.cli.completion import complete_files, complete_findings
 from allanite.commands.cli.repeated import Listed
 from allanite.commands.option import (
     ACCEPT,
+    BENCH,
+    BENCH_FILE,
     CONFIDENCE,
     FLOOR,
     READING,
@@ -482,7 +484,15 @@ class FindingCode(click.ParamType[Any]):
 
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """What every command that reads a log understands."""
-    return with_options(READING)(command)
+    bench = click.option(
+        BENCH.flag,
+        metavar=BENCH.metavar,
+        default=BENCH_FILE,
+        envvar="ALLANITE_CONFIG",
+        shell_complete=complete_files,
+        help=f"{BENCH.help}  [default: {BENCH.otherwise}]",
+    )
+    return with_options(READING)(bench(command))
 
 
 def floor_option(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -38,7 +38,8 @@ class Child:
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             start_new_session=True,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            # What is kept of a log does not depend on a file of the bench, which may change.
+            env={**os.environ, "PYTHONUNBUFFERED": "1", "ALLANITE_CONFIG": "none"},
         )
 
     def tell(self, task: Json) -> None:

@@ -127,6 +127,7 @@ LOG_DETECTORS: tuple[Callable[[Recording], Iterator[Finding]], ...] = (
     log.drift,
     log.text,
     log.repairs,
+    log.bench_files,
     run.gap_reasons,
     run.doubtful,
     run.remarks,

@@ -287,6 +287,22 @@ def repairs(recording: Recording) -> Iterator[Finding]:
         )
 
 
+def bench_files(recording: Recording) -> Iterator[Finding]:
+    """The file of a bench that stated how the log is read."""
+    for step in recording.history:
+        if step.get("step") == "bench_file":
+            yield finding("bench_file", words_of_bench(step), severity=Severity.INFO, count=0)
+
+
+def words_of_bench(step: Mapping[str, Any]) -> str:
+    """What a file of a bench stated, as it stands there."""
+    stated = []
+    for key, value in (step.get("stated") or {}).items():
+        parts = [f"{k} = {v}" for k, v in value.items()] if isinstance(value, Mapping) else [str(value)]
+        stated.append(f"{key} {', '.join(parts)}")
+    return f"from {step.get('file')}: {'; '.join(stated)}"
+
+
 # -- text -------------------------------------------------------------------------------------------------
 
 

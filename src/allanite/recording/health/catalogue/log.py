@@ -167,6 +167,14 @@ LOG: dict[str, FindingKind] = {
         done="stated, with the removed samples and the reason; what was left out is a gap",
         advice="compare with the analysis of the unrepaired log",
     ),
+    "bench_file": FindingKind(
+        group=_RUN,
+        severity="info",
+        means="units, scale factors, names or other options of reading are those of a bench file (allanite.toml)",
+        risk="a file of another bench makes all results wrong",
+        done="stated, with what was taken from it",
+        advice="check it; --config none reads the log without it",
+    ),
     "gap_reasons": FindingKind(
         group=_RUN,
         severity="info",

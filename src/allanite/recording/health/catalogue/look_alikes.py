@@ -189,6 +189,10 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
         "none",
         "it was requested",
     ),
+    "bench_file": (
+        "none",
+        "it was read",
+    ),
     "gap_reasons": (
         "none",
         "the recorder noted it",
