@@ -19,6 +19,7 @@ __all__ = ["PAGES", "children", "for_sphinx"]
 #: What is on the site. Its root is that of the repository, so that a link leads to one place here and on GitHub.
 PAGES = (
     "docs/**/*.md",
+    "docs/notebooks/*.ipynb",
     "CHANGELOG.md",
     "CONTRIBUTING.md",
     "SECURITY.md",
@@ -29,7 +30,7 @@ PAGES = (
 )
 
 _ASKS = re.compile(r"^<!-- (?P<what>cards|pages) -->\n+(?P<block>(?:.+\n)+)", re.M)
-_LINK = re.compile(r"\[(?P<text>[^\]]+)\]\((?P<target>[^)#\s:]+\.md)\)")
+_LINK = re.compile(r"\[(?P<text>[^\]]+)\]\((?P<target>[^)#\s:]+\.(?:md|ipynb))\)")
 _THUMBNAILS = "<!-- thumbnails -->\n"
 _SECTION = re.compile(
     r"^## (?P<title>.+)\n(?P<text>(?:(?!## ).*\n)*?)!\[[^\]]*\]\((?P<picture>[^)]+)\)", re.M
@@ -45,7 +46,8 @@ def children(text: str, document: str) -> Iterator[tuple[str, str]]:
     for ask in _ASKS.finditer(text):
         for link in _LINK.finditer(ask["block"]):
             at = PurePosixPath(document).parent / link["target"]
-            yield link["text"] if ask["what"] == "cards" else "", normpath(at).removesuffix(".md")
+            child = normpath(at).removesuffix(".md").removesuffix(".ipynb")
+            yield link["text"] if ask["what"] == "cards" else "", child
 
 
 def for_sphinx(text: str, document: str) -> str:

@@ -16,6 +16,7 @@ ROOT = SITE.parent.parent
 sys.path.insert(0, str(SITE))
 
 from cards import PAGES, for_sphinx  # noqa: E402
+from notebook_pages import markdown_of  # noqa: E402
 from python_pages import MODULES, index_page, names_of, write_pages  # noqa: E402
 
 import allanite  # noqa: E402
@@ -29,7 +30,7 @@ include_patterns = [*(pattern.replace("**/*", "**") for pattern in PAGES), "docs
 exclude_patterns = [".*", "build", "dist", "demo", "src", "tests", "kernels", "docs/site"]
 
 extensions = ["myst_parser", "numpydoc", "sphinx.ext.autodoc", "sphinx_copybutton", "mathml"]
-source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+source_suffix = {".md": "markdown", ".ipynb": "markdown", ".rst": "restructuredtext"}
 default_role = "code"
 suppress_warnings = [
     "misc.highlighting_failure",  # console output below a command is not always shell
@@ -80,6 +81,8 @@ def prepare(app: Sphinx, document: str, source: list[str]) -> None:
     """What Sphinx reads in place of the Markdown on disk."""
     if document == "docs/reference/python":
         source[0] = index_page(source[0])
+    if app.env.doc2path(document).suffix == ".ipynb":
+        source[0] = markdown_of(source[0])
     if app.env.doc2path(document).suffix == ".md":
         source[0] = for_sphinx(source[0], document)
 
