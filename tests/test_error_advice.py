@@ -34,6 +34,9 @@ ELSEWHERE: dict[str, tuple[str, str]] = {
         "is never at rest",
     ),
     "is the horizon of a bound": ("fitting/test_overbound.py", "bound_until=100.0"),
+    "one log: state the log at rest": ("commands/test_cli_in_motion.py", '*logs, "--channels"'),
+    "state pairs, --match": ("commands/test_cli_in_motion.py", '"--match", "first,a")'),
+    "state the units of both (--unit)": ("commands/test_cli_in_motion.py", '"--unit", f"{raw}=rad/s"'),
     "admits other machines": ("commands/test_page_guard.py", '"--token" in done.err'),
     "the three axes were turned by about half a turn": (
         "commands/test_cli_rate_vector.py",

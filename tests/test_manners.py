@@ -108,6 +108,7 @@ PUBLIC_NAMES = [
     "interval_error",
     "load_models",
     "measure_earth_rate",
+    "measure_in_motion",
     "measure_rate_table",
     "model_difference",
     "model_of",

@@ -161,6 +161,7 @@ if TYPE_CHECKING:
     from allanite.recording.records import Channel, Recording
     from allanite.stability.environment.estimation import regress_environment
     from allanite.stability.fleet.population import describe_fleet
+    from allanite.stability.in_motion import measure_in_motion
     from allanite.stability.record_comparison.estimation import compare
     from allanite.stability.shared_noise import separate_noise
     from allanite.stability.variation import examine_variation
@@ -229,6 +230,7 @@ __all__ = [
     "interval_error",
     "load_models",
     "measure_earth_rate",
+    "measure_in_motion",
     "measure_rate_table",
     "model_difference",
     "model_of",
@@ -314,6 +316,7 @@ _HOMES = {
     "interval_error": "noise.allan.interval_error",
     "load_models": "study.model_file",
     "measure_earth_rate": "experiments.earth_rate",
+    "measure_in_motion": "stability.in_motion",
     "measure_rate_table": "experiments.rate_table",
     "model_difference": "fitting.model_difference",
     "model_of": "study.model_file",

@@ -57,6 +57,8 @@ class Command:
         Name of its document, where it is not that of the command.
     documents : tuple of str
         Files that may hold its document in place of that.
+    logs : str
+        What its help calls the logs that it takes, where their order matters.
     further : tuple of str
         Files that `work` leaves beside its document and report, and that are no tables.
     series : str
@@ -92,6 +94,7 @@ class Command:
     options: tuple[Option, ...]
     group: str = ""
     takes: Subject = "recording"
+    logs: str = ""
     run: str = ""
     work: str = ""
     tables: Mapping[str, str] = field(default_factory=dict)

@@ -100,8 +100,9 @@ def export_of(
 
 
 def _is_study(source: str | os.PathLike[str]) -> bool:
-    """A document of allanite that is no model: whatever it is, `Study.load` says so."""
-    return str(_document(source).get("format", "")).startswith("allanite-")
+    """A document of allanite that `load_models` does not read: whatever it is, `Study.load` says so."""
+    written = str(_document(source).get("format", ""))
+    return written.startswith("allanite-") and written != "allanite-in-motion"
 
 
 def _is_calibration(source: str | os.PathLike[str]) -> bool:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the file of a consumer says of a model that was inflated to lie above the sensor
-(`allanite.fitting.overbound`)."""
+"""What the file of a consumer says of a model that was inflated.
+
+To lie above the sensor: `allanite.fitting.overbound`; for a sensor in motion: `allanite.stability.in_motion`.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +10,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from allanite.errors import InputError
+from allanite.exporters.triads import plain_line
+from allanite.noise.motion import MotionInflation
 
-__all__ = ["bound_comments", "refuse_terms"]
+__all__ = ["bound_comments", "motion_comments", "refuse_terms"]
 
 Json = Mapping[str, Any]
 
@@ -30,6 +34,12 @@ def bound_comments(name: str, models: Sequence[Json]) -> list[str]:
             f"{name}: inflation of the fit: {factors}; {size}, {facts['greatest']:.4g} times at most",
         ]
     return lines
+
+
+def motion_comments(name: str, models: Sequence[Json]) -> list[str]:
+    """Lines on what motion adds to a channel's models, and why; none of a model at rest."""
+    facts = dict.fromkeys(MotionInflation.from_json(m["in_motion"]) for m in models if m.get("in_motion"))
+    return [f"{name}: {plain_line(reason)}" for one in facts for reason in one.reasons]
 
 
 def refuse_terms(name: str, models: Sequence[Json], able: Sequence[str]) -> None:

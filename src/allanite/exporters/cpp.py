@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 import allanite
 from allanite import __version__
 from allanite.errors import InputError, StorageError
-from allanite.exporters.bounds import bound_comments, refuse_terms
+from allanite.exporters.bounds import bound_comments, motion_comments, refuse_terms
 from allanite.exporters.renewed import renewed_lines
 from allanite.exporters.triads import plain_line
 from allanite.lazy_dataclasses import dataclass
@@ -308,7 +308,7 @@ def _choices(
     bound = bound_comments(_plain(axis["name"]), axis["models"])
     if bound and model.term("flicker") is not None:
         bound.append("the states of its flicker hold that within 1 % of its Allan deviation")
-    lines += bound
+    lines += [*bound, *motion_comments(_plain(axis["name"]), axis["models"])]
     if len(axis["models"]) > 1:
         drifts = (
             f", which drifts more over {span / 2:.6g} s" if model.family == _worst(axis, span).family else ""

@@ -17,6 +17,7 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.noise.datasheet import DatasheetEntries, SensorSheet, sensor_sheet
 from allanite.noise.inflation import Inflation
 from allanite.noise.markov import MarkovForm
+from allanite.noise.motion import MotionInflation
 from allanite.noise.state_space import StateSpace, stateless
 from allanite.noise.terms import TERMS, Ramp, Sinusoid, Term, TermType
 from allanite.quantities.display_units import si_unit
@@ -136,6 +137,8 @@ class NoiseModel(Tabular):
         Kind of the channel, and its own unit where it has no SI unit.
     overbound : Inflation or None
         Inflation of an inflated model and its promise (`allanite.fitting.overbound`); None for any other.
+    in_motion : MotionInflation or None
+        What motion adds to the model at rest and why (`allanite.stability.in_motion`); None for any other.
     scale_uncertainty : float or None
         Relative standard uncertainty of the scale factor, which the intervals of `estimates` include besides the
         statistical one; None if not stated. `covariance` is always statistical.
@@ -152,6 +155,7 @@ class NoiseModel(Tabular):
     kind: str = "rate"
     unit: str = ""
     overbound: Inflation | None = field(default=None, repr=False)
+    in_motion: MotionInflation | None = field(default=None, repr=False)
     scale_uncertainty: float | None = None
 
     def __post_init__(self) -> None:
@@ -300,6 +304,7 @@ class NoiseModel(Tabular):
             "covariance": dict(self.covariance),
             "goodness": dict(self.goodness),
             **({} if self.overbound is None else {"overbound": self.overbound.to_json()}),
+            **({} if self.in_motion is None else {"in_motion": self.in_motion.to_json()}),
             **({} if self.scale_uncertainty is None else {"scale_uncertainty": self.scale_uncertainty}),
             **other,
         }
@@ -318,6 +323,8 @@ class NoiseModel(Tabular):
             estimates = tuple(Estimate.from_json(e) for e in data.get("estimates", ()))
             parts: dict[str, Any] = {name: dict(data.get(name) or {}) for name in ("covariance", "goodness")}
             parts["overbound"] = Inflation.from_json(data["overbound"]) if data.get("overbound") else None
+            motion = data.get("in_motion")
+            parts["in_motion"] = MotionInflation.from_json(motion) if motion else None
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             if isinstance(error, InputError):
                 raise

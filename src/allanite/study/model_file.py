@@ -48,9 +48,10 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
     Parameters
     ----------
     path : path
-        A study, what ``allanite fit --json`` prints, one model, a data sheet (YAML, see `allanite.study.datasheet`), a
-        file of another program (Kalibr, OpenVINS, ORB-SLAM3, OKVIS, MATLAB; see `allanite.files.foreign_models`), or
-        words as `model_of` takes them. The content decides, whatever the file is called.
+        A study, what ``allanite in-motion`` or ``allanite fit --json`` prints, one model, a data sheet (YAML, see
+        `allanite.study.datasheet`), a file of another program (Kalibr, OpenVINS, ORB-SLAM3, OKVIS, MATLAB; see
+        `allanite.files.foreign_models`), or words as `model_of` takes them. The content decides, whatever the file is
+        called.
 
     Returns
     -------
@@ -82,6 +83,11 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
 
         study = Study.from_json(content)
         return study.models, study.recording.rate
+    if isinstance(content, Mapping) and content.get("format") == "allanite-in-motion":
+        from allanite.stability.in_motion import InMotion
+
+        moved = InMotion.from_json(content)
+        return moved.models, moved.rate
     if isinstance(content, Mapping) and "terms" in content:
         return {str(content.get("name") or "sensor"): NoiseModel.from_json(content)}, None
     if (

@@ -57,6 +57,11 @@ VIEWS: Mapping[str, Analysis] = {
         "allanite.views.comparison",
         "allanite.commands.compare:COMPARE",
     ),
+    "allanite-in-motion": Analysis(
+        "allanite.stability.in_motion:InMotion",
+        "allanite.views.in_motion",
+        "allanite.commands.in_motion:IN_MOTION",
+    ),
     "allanite-separation": Analysis(
         "allanite.stability.shared_noise:Separation",
         "allanite.views.shared_noise",

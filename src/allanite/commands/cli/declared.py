@@ -128,7 +128,7 @@ def _of_subject(declared: Command) -> tuple[Bundle, ...]:
     several = declared.takes == "recordings"
     if not (several or declared.positions):
         return *reading, click.argument("log", shell_complete=complete_files)
-    metavar = "RECORD RECORD..." if several else "LOG..."
+    metavar = declared.logs or ("RECORD RECORD..." if several else "LOG...")
     return *reading, click.argument(
         "logs", metavar=metavar, nargs=-1, required=True, shell_complete=complete_files
     )

@@ -25,7 +25,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         "common",
         "overbound",
     ),
-    "Compare": ("compare", "diff", "datasheet", "fleet"),
+    "Compare": ("compare", "in-motion", "diff", "datasheet", "fleet"),
     "Use a noise model": ("filter", "simulate", "dead-reckon", "combine"),
     "Earth rate and north": ("plan", "earth-rate", "north", "align"),
     "Calibrate": ("calibrate", "rate-table"),

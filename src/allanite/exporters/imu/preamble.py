@@ -8,7 +8,7 @@ from typing import Any
 
 from allanite import __version__
 from allanite.errors import InputError
-from allanite.exporters.bounds import bound_comments, refuse_terms
+from allanite.exporters.bounds import bound_comments, motion_comments, refuse_terms
 from allanite.exporters.imu.axes import UNITS, AxisNumbers
 from allanite.exporters.imu.usage import Usage
 from allanite.exporters.imu.walks import GAUSS_MARKOV, Words
@@ -102,7 +102,14 @@ def preamble(
     digest = f", SHA-256 {provenance['sha256']}" if provenance.get("sha256") else ""
     span = f", {recording['duration']:g} s at" if "duration" in recording else ", for"
     bound = any(model.get("overbound") for channel in document["channels"] for model in channel["models"])
-    inflated = "INFLATED to a bound, see below" if bound else "not inflated"
+    moved = any(model.get("in_motion") for channel in document["channels"] for model in channel["models"])
+    inflated = (
+        "INFLATED to a bound, see below"
+        if bound
+        else "of a sensor IN MOTION, see below"
+        if moved
+        else "not inflated"
+    )
     if inflate != 1:
         inflated = f"INFLATED by {inflate:g}{' ON TOP of a bound' * bound} (the table below is not)"
     held = _symbols(read)
@@ -176,7 +183,7 @@ def _columns(sensor: str, held: frozenset[str]) -> str:
 
 
 def bound_lines(channels: Sequence[Json], consumer: Consumer, axes: str) -> list[str]:
-    """Comments on models that are bounds, which the file must leave bounds.
+    """Comments on models that are bounds, which the file must leave bounds, and on those of a sensor in motion.
 
     Raises
     ------
@@ -189,7 +196,7 @@ def bound_lines(channels: Sequence[Json], consumer: Consumer, axes: str) -> list
         lines += bound_comments(plain_line(channel["name"]), channel["models"])
     if lines and axes == "rms":
         raise InputError(f"a bound of all axes is that of the worst one: axes='worst', not {axes!r}")
-    return lines
+    return [*lines, *(line for c in channels for line in motion_comments(plain_line(c["name"]), c["models"]))]
 
 
 def number_format(digits: int) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from allanite.errors import InputError
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from allanite.experiments.redundancy import Combination
     from allanite.filtering.kalman import FilterEstimate
     from allanite.fitting.model_difference import Difference
-    from allanite.fitting.overbound import Bounds
     from allanite.fitting.selection import TermSelection
     from allanite.fitting.spectral.spectra import Spectra
     from allanite.stability.fleet.charts import ControlChart
@@ -85,6 +85,7 @@ def plot(
         CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation", "log") and
         `recording`, which the log needs.
         DatasheetJudgement: `view` ("whole", "curves", "ratio"). Bounds: `view` ("whole", "curves", "inflation").
+        InMotion: `view` ("whole", "inflation", "spectra").
         Difference: `view` ("whole", "curves", "drift"). Selection: `view` ("whole", "weights", "curves") and
         `channels`. Separation: `view` ("whole", "parts", "correlation"). Variation: `view` ("whole", "map", "lines")
         and `channels`. Combination: `view` ("whole", "parity", "deviation", "gain"). Comparison: `view` ("whole",
@@ -404,17 +405,6 @@ def _datasheet(result: DatasheetJudgement, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"this data sheet alone has no figure {view!r}: nothing was measured")
 
 
-def _bounds(result: Bounds, *, view: str = "whole") -> Sheet:
-    from allanite.views.figures import overbound
-
-    _known_view(view, overbound.VIEWS, "bounds")
-    parts: Parts = {
-        "curves": lambda: [*overbound.bound_panels(result)],
-        "inflation": lambda: [overbound.inflation_panel(result)],
-    }
-    return _in_view(parts, view, f"these bounds have no figure {view!r}")
-
-
 _NO_FIGURE_OF_FLEET = {
     "density": "its document was made by an earlier version",
     "correlations": "no two coefficients correlate",
@@ -579,6 +569,17 @@ def _in_view(parts: Parts, view: str, nothing: str) -> Sheet:
     return _column(panels)
 
 
+def _by_parts(module: str, what: str) -> Callable[..., Sheet]:
+    """How results are drawn whose module of figures has `VIEWS` and `parts`."""
+
+    def drawn(result: object, *, view: str = "whole") -> Sheet:
+        figures = import_module(f"{__name__}.{module}")
+        _known_view(view, figures.VIEWS, what)
+        return _in_view(figures.parts(result), view, f"there is no figure {view!r} of {what}")
+
+    return drawn
+
+
 def _column(panels: Sequence[Panel]) -> Sheet:
     return Sheet(rows=tuple((panel,) for panel in panels))
 
@@ -633,7 +634,8 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("PositionPlan"), _position_plan),
     (_named("DeadReckoning"), _dead_reckoning),
     (_named("DatasheetJudgement"), _datasheet),
-    (_named("Bounds"), _bounds),
+    (_named("Bounds"), _by_parts("overbound", "bounds")),
+    (_named("InMotion"), _by_parts("in_motion", "noise in motion")),
     (_named("FleetPopulation"), _fleet),
     (_named("ControlChart"), _control_chart),
     (_named("Difference"), _difference),

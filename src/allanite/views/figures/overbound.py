@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,9 +20,14 @@ from allanite.views.figures.curves import (
 )
 from allanite.views.figures.panel import Array, Axis, Curve, Panel, level, positive_range
 
-__all__ = ["VIEWS", "bound_panels", "inflation_panel"]
+__all__ = ["VIEWS", "bound_panels", "inflation_panel", "parts"]
 
 VIEWS = ("whole", "curves", "inflation")
+
+
+def parts(result: Bounds) -> Mapping[str, Callable[[], Sequence[Panel]]]:
+    """Panels by view."""
+    return {"curves": lambda: [*bound_panels(result)], "inflation": lambda: [inflation_panel(result)]}
 
 
 def bound_panels(result: Bounds) -> Iterator[Panel]:

@@ -23,7 +23,15 @@ from allanite.views.figures.curves import series_colours
 from allanite.views.figures.panel import Axis, Curve, Label, Panel, legend_entry, positive_range
 from allanite.views.wording.study import ChannelGroup
 
-__all__ = ["VIEWS", "group_spectrum_panel", "ratio_panel", "spectrum_panel"]
+__all__ = [
+    "VIEWS",
+    "density_curve",
+    "density_panel",
+    "frequency_axis",
+    "group_spectrum_panel",
+    "ratio_panel",
+    "spectrum_panel",
+]
 
 Array = NDArray[np.float64]
 
@@ -46,26 +54,26 @@ def group_spectrum_panel(group: ChannelGroup[ChannelStudy]) -> Panel:
     lines: list[Curve] = []
     labels: list[Label] = []
     for channel, (colour, _) in zip(group.channels, looks, strict=True):
-        curve = _density(channel.spectrum, channel.name, factor, colour, band=not curves)
+        curve = density_curve(channel.spectrum, channel.name, factor, colour, band=not curves)
         curves.append(replace(curve, axis=channel.name))
         if channel.models:
             line = _model_line(channel.spectrum, channel.models[0], factor, "")
             lines.append(replace(line, axis=channel.name))
         labels += _labels(channel.spectrum, curve, colour)
     models = [*lines, legend_entry("model")] if lines else []
-    return _panel(group.title, unit, (*curves, *models), tuple(_merged(labels)))
+    return density_panel(group.title, unit, (*curves, *models), tuple(_merged(labels)))
 
 
 def spectrum_panel(channel: ChannelSpectrum) -> Panel:
     """One channel, the model with its terms over it."""
     unit, factor = display_unit(channel.kind, "N", channel.unit)
     facts, model = channel.spectrum, channel.model
-    curve = _density(facts, channel.name, factor, series_colours([channel.name])[0][0], band=True)
+    curve = density_curve(facts, channel.name, factor, series_colours([channel.name])[0][0], band=True)
     lines: list[Curve] = []
     if model is not None:
         lines = [_model_line(facts, model, factor, "model")]
         lines += [_term_line(facts, term, factor) for term in _dense(model.terms)]
-    return _panel(channel.name, unit, (curve, *lines), tuple(_labels(facts, curve, curve.colour)))
+    return density_panel(channel.name, unit, (curve, *lines), tuple(_labels(facts, curve, curve.colour)))
 
 
 def ratio_panel(channel: ChannelSpectrum, expected: Array) -> Panel:
@@ -90,7 +98,7 @@ def ratio_panel(channel: ChannelSpectrum, expected: Array) -> Panel:
     low, high = positive_range(lower, upper)
     return Panel(
         title=f"{channel.name}: density over the model's",
-        x=_frequency_axis(f),
+        x=frequency_axis(f),
         y=Axis(
             label="Density over the model's", log=True, limits=(max(low, 0.05) / 1.1, min(high, 20.0) * 1.1)
         ),
@@ -104,7 +112,8 @@ def _dense(terms: Sequence[TermType]) -> list[TermType]:
     return [t for t in terms if t.symbols[0] in {*BY_LETTER, "q"} - {"R"}]
 
 
-def _density(spectrum: Spectrum, label: str, factor: float, colour: str, band: bool) -> Curve:
+def density_curve(spectrum: Spectrum, label: str, factor: float, colour: str, band: bool) -> Curve:
+    """The root density of a spectrum with its interval, which the legend names for a `band`."""
     keep = spectrum.frequency > 0
     density, lower, upper = (
         np.sqrt(part[keep]) / factor for part in (spectrum.density, spectrum.lower, spectrum.upper)
@@ -169,18 +178,20 @@ def _merged(labels: list[Label]) -> list[Label]:
     return points[:_MOST_LINES] + [label for label in kept if label.place == "line"]
 
 
-def _frequency_axis(*parts: Any) -> Axis:
+def frequency_axis(*parts: Any) -> Axis:
+    """The axis over these frequencies [Hz]."""
     x = positive_range(*parts)
     return Axis(label="Frequency f [Hz]", log=True, limits=(x[0] / 1.2, x[1] * 1.2))
 
 
-def _panel(title: str, unit: str, curves: tuple[Curve, ...], labels: tuple[Label, ...]) -> Panel:
+def density_panel(title: str, unit: str, curves: tuple[Curve, ...], labels: tuple[Label, ...]) -> Panel:
+    """Root densities over frequency."""
     y = positive_range(
         *(c.y for c in curves if c.lower is not None)
     )  # what was measured, not where models go
     return Panel(
         title=title,
-        x=_frequency_axis(*(c.x for c in curves)),
+        x=frequency_axis(*(c.x for c in curves)),
         y=Axis(label=f"Root density √S(f), two-sided [{unit}]", log=True, limits=(y[0] / 1.6, y[1] * 1.8)),
         curves=curves,
         labels=labels,
