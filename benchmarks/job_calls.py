@@ -82,6 +82,17 @@ def filtering_by_filterpy(flicker: bool) -> Call:
     return prepared
 
 
+def likelihood(flicker: bool) -> Call:
+    def prepared(_: Path) -> Callable[[], object]:
+        from allanite.filtering.kalman.filtering import log_likelihood
+
+        space, y = _model(flicker).state_space(1 / 32, record=WEEK / 32).with_constant(), _white(WEEK)
+        log_likelihood(y[:2000], space)
+        return lambda: log_likelihood(y, space)
+
+    return prepared
+
+
 def simulating(flicker: bool, walk: bool) -> Call:
     def prepared(_: Path) -> Callable[[], object]:
         from allanite import simulate
@@ -114,6 +125,22 @@ def reading(name: str) -> Call:
             for channel in recording.names:
                 for _ in recording.blocks(channel):
                     pass
+
+        return whole
+
+    return prepared
+
+
+def hashing_and_reading(name: str) -> Call:
+    def prepared(folder: Path) -> Callable[[], object]:
+        import hashlib
+
+        from pyarrow import csv, parquet
+
+        def whole() -> None:
+            with (folder / name).open("rb") as file:
+                hashlib.file_digest(file, "sha256")
+            (parquet.read_table if name.endswith(".parquet") else csv.read_csv)(folder / name)
 
         return whole
 

@@ -91,9 +91,30 @@ def _filtering(name: str, *, flicker: bool, wanted: float) -> tuple[Job, ...]:
     }
     return (
         Job(name=name, call=calls.filtering(flicker), per=WEEK, wanted=wanted),
+        Job(name="allanite, likelihood alone", beside=name, call=calls.likelihood(flicker), per=WEEK),
         *(
             Job(name=peer, beside=name, needs=peer.lower(), call=call, per=STRETCH)
             for peer, call in peers.items()
+        ),
+    )
+
+
+def _loading(name: str) -> Job:
+    """What a command cannot do without, before its first line."""
+    loaded = "import click, numpy, pyarrow.csv"
+    return Job(name="Click, NumPy and Arrow loaded", beside=name, python=("-c", loaded))
+
+
+def _characterizing(name: str, file: str, wanted: float, memory: float | None = None) -> tuple[Job, ...]:
+    """A file, and what any program that names the file by its hash does with it."""
+    return (
+        Job(name=name, command=("characterize", file, *_OUT), records=(file,), wanted=wanted, memory=memory),
+        Job(
+            name="SHA-256 and Arrow, file alone",
+            beside=name,
+            needs="pyarrow",
+            call=calls.hashing_and_reading(file),
+            records=(file,),
         ),
     )
 
@@ -104,12 +125,14 @@ def _compare(n: int, wanted: float | None = None, memory: float | None = None) -
     return Job(name=name, command=command, records=("curves",), wanted=wanted, memory=memory)
 
 
-_HOUR, _WEEK_NPY = "characterize, 1 h, CSV", "characterize, week, NumPy"
+_INFO, _HOUR, _JSON = "info, 1 h, CSV", "characterize, 1 h, CSV", "characterize --json, 1 h, CSV"
+_WEEK_NPY = "characterize, week, NumPy"
 _ROWS = "read, 20 million rows, CSV"
 JOBS: tuple[Job, ...] = (
     Job(name="import allanite", python=("-c", "import allanite"), wanted=0.25),
     Job(name="allanite --help", command=("--help",), wanted=0.2),
-    Job(name="info, 1 h, CSV", command=("info", "hour.csv"), records=("hour.csv",), wanted=0.4),
+    Job(name=_INFO, command=("info", "hour.csv"), records=("hour.csv",), wanted=0.4),
+    _loading(_INFO),
     Job(name=_HOUR, command=("characterize", "hour.csv", *_OUT), records=("hour.csv",), wanted=1.2),
     Job(
         name="AllanTools, curve alone",
@@ -118,12 +141,8 @@ JOBS: tuple[Job, ...] = (
         records=("hour.csv",),
         python=_oadev("np.loadtxt('hour.csv', skiprows=1, delimiter=',')[:, 1]"),
     ),
-    Job(
-        name="characterize --json, 1 h, CSV",
-        command=("characterize", "hour.csv", "--json"),
-        records=("hour.csv",),
-        wanted=0.6,
-    ),
+    Job(name=_JSON, command=("characterize", "hour.csv", "--json"), records=("hour.csv",), wanted=0.6),
+    _loading(_JSON),
     Job(
         name="report, one channel",
         command=("report", "study.json", "-o", "report.html", "--force"),
@@ -144,25 +163,9 @@ JOBS: tuple[Job, ...] = (
         records=("week.npy",),
         python=_oadev("np.load('week.npy')"),
     ),
-    Job(
-        name="characterize, week, Parquet",
-        command=("characterize", "week.parquet", *_OUT),
-        records=("week.parquet",),
-        wanted=4.0,
-    ),
-    Job(
-        name="characterize, week, CSV",
-        command=("characterize", "week.csv", *_OUT),
-        records=("week.csv",),
-        wanted=7.0,
-    ),
-    Job(
-        name="characterize, week of six axes, Parquet",
-        command=("characterize", "six.parquet", *_OUT),
-        records=("six.parquet",),
-        wanted=15.0,
-        memory=512.0,
-    ),
+    *_characterizing("characterize, week, Parquet", "week.parquet", 4.0),
+    *_characterizing("characterize, week, CSV", "week.csv", 7.0),
+    *_characterizing("characterize, week of six axes, Parquet", "six.parquet", 15.0, 512.0),
     Job(name="select, week", command=("select", "week.npy", *_NPY), records=("week.npy",), wanted=8.0),
     Job(
         name="fit --method likelihood, week",
