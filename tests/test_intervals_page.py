@@ -63,6 +63,17 @@ def test_coverage_and_errors_of_both_fits(page):
     assert f"up to {max(over_bound('likelihood_coverage').values()):.2f} times the bound" in page
 
 
+def test_sets_of_n_miss_on_one_side(page):
+    sensors = results("sensors")
+    (held,) = (row for row in sensors["Coverage of sets at five levels"] if row["coefficient"] == "N")
+    (ranks,) = (
+        row for row in sensors["Ranks of coefficients that every set resolves"] if row["coefficient"] == "N"
+    )
+    below, above = ranks["2.5 %"], 1 - ranks["97.5 %"]
+    assert f"in {100 * held['95 %']:.1f} % of {held['records']} [sensors" in page
+    assert below == 0 and f"in the other {100 * above:.1f} % it was above the set, never below" in page
+
+
 def test_numbers_of_records(page):
     for name, words in (
         ("coverage", "In 500 records"),
