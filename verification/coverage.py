@@ -101,6 +101,7 @@ def evaluate(scenario: Scenario, results: list[Json]) -> Json:
         "rate": scenario.rate,
         "duration": scenario.duration,
         "records": len(results),
+        "given": scenario.given,
         "parameters": rows,
         "false": _false(scenario, results, truth),
         "undecided": float(np.mean([len(r["printed"]) == 2 for r in results])),

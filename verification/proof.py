@@ -230,7 +230,9 @@ def _read(name: str) -> dict[str, Any]:
 def _rows(value: Any, words: str = "") -> Iterator[tuple[str, Json]]:
     """Every row of a document with the words that tell it from the others; rows within rows as their own."""
     if isinstance(value, Mapping):
-        own = ", ".join(str(v) for key, v in value.items() if isinstance(v, str) and key != "rejects")
+        own = ", ".join(
+            str(v) for key, v in value.items() if isinstance(v, str) and v and not key.startswith("rejects")
+        )
         within = [v for v in value.values() if isinstance(v, list) and v and isinstance(v[0], Mapping)]
         yield f"{words}: {own}" if words and own else own or words, value
         for inner in within:

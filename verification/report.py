@@ -88,7 +88,8 @@ def _table(title: str, rows: list[Json], seed: int, date: str) -> str:
 def _record(r: Json) -> str:
     hours = r["duration"] / 3600
     span = f"{hours:.0f} h" if hours <= 24 else f"{hours / 24:.0f} d"
-    return f"{span} at {r['rate']:g} Hz, {r['records']} records"
+    told = f"; {r['given']} given" if r["given"] else ""
+    return f"{span} at {r['rate']:g} Hz, {r['records']} records{told}"
 
 
 def _name(symbol: str) -> str:

@@ -71,6 +71,12 @@ class Scenario:
         """Frequencies of its lines."""
         return [t.frequency for t in self.model.terms if isinstance(t, Sinusoid)]
 
+    @property
+    def given(self) -> str:
+        """What the fit is told beside the record."""
+        told = {"terms": bool(self.terms), "frequency of the line": bool(self.lines)}
+        return " and ".join(what for what, is_told in told.items() if is_told)
+
     def truth(self) -> dict[str, float]:
         """Every parameter of the candidate family; 0 where the term is absent."""
         values = {"Q": 0.0, "N": 0.0, "K": 0.0, "R": 0.0}

@@ -30,7 +30,7 @@ import allanite as al
 from allanite.errors import AllaniteError
 from allanite.noise import SIGMA_PER_B, Flicker, NoiseModel, Ramp, RandomWalk, TermType, White
 from allanite.recording.records import Recording
-from verification.gates import HOLDS, at_least, within
+from verification.gates import HOLDS, Gate, at_least, within
 from verification.spread import Say, place_of, spread
 
 __all__ = ["LEVELS", "draw", "run_coverage", "run_ranks", "run_sensors"]
@@ -128,17 +128,27 @@ def run_coverage(sensors: list[Json]) -> list[Json]:
             if not own:
                 continue
             row: Json = {"coefficient": symbol, "present": "yes" if present else "no", "records": len(own)}
-            holds = []
+            gates = {}
             for i, level in enumerate(LEVELS):
-                share = sum(_inside(s["sets"][symbol][i], s["truth"][symbol]) for s in own) / len(own)
+                row[f"{100 * level:g} %"] = sum(
+                    _inside(s["sets"][symbol][i], s["truth"][symbol]) for s in own
+                ) / len(own)
                 # a set that ends at zero, or an upper limit, covers more
                 sharp = present and all(s["sets"][symbol][i] and s["sets"][symbol][i][2] for s in own)
-                holds.append((within if sharp else at_least)(len(own), level).holds(share))
-                row[f"{100 * level:g} %"] = share
-            at_95 = at_least(len(own))
-            rows.append(row | {"gate": [at_95.low, 1.0], "rejects": at_95.columns()["rejects"]})
-            rows[-1]["passes"] = all(holds)
+                gates[level] = (within if sharp else at_least)(len(own), level)
+            rows.append(row | _gated(row, gates))
     return rows
+
+
+def _gated(row: Json, gates: dict[float, Gate]) -> Json:
+    """Every level has its gate; those of 68 and 95 % are stated."""
+    one, two = gates[0.6827].columns(), gates[0.95].columns()
+    return {
+        "gate of 68.27 %": one["gate"],
+        "rejects of 68.27 %": one["rejects"],
+        **two,
+        "passes": all(gate.holds(row[f"{100 * level:g} %"]) for level, gate in gates.items()),
+    }
 
 
 def run_ranks(sensors: list[Json]) -> list[Json]:
