@@ -6,7 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-__all__ = ["Done", "Run"]
+import click
+
+from allanite.commands.cli import cli
+
+__all__ = ["Done", "Run", "program_context"]
 
 
 class Done(NamedTuple):
@@ -18,3 +22,8 @@ class Done(NamedTuple):
 
 
 Run = Callable[..., Done]
+
+
+def program_context() -> click.Context:
+    """Parent of a context of a command: the command keeps the help option that its first context gives it."""
+    return click.Context(cli, **cli.context_settings)

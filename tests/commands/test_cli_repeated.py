@@ -13,6 +13,7 @@ from click.testing import CliRunner
 from allanite.commands.cli import cli
 from allanite.commands.cli.options import ByChannel, Duration, Names
 from allanite.commands.cli.repeated import AddingCommand, Listed
+from shell import program_context
 
 
 def commands(group: click.Group, *path: str) -> Iterator[tuple[str, click.Command]]:
@@ -23,7 +24,9 @@ def commands(group: click.Group, *path: str) -> Iterator[tuple[str, click.Comman
 
 
 def parsed(command: click.Command, words: list[str]) -> dict[str, object]:
-    return command.make_context("x", list(words)).params  # which takes the words off the list
+    return command.make_context(
+        "x", list(words), parent=program_context()
+    ).params  # which takes the words off the list
 
 
 @pytest.fixture(scope="module")

@@ -36,7 +36,7 @@ from allanite.errors import InputError
 from allanite.plain_files.regular_file import open_regular
 from page_client import Browser, application, small_log
 from sample_calibration import estimate
-from shell import Run
+from shell import Run, program_context
 
 ROOT = Path(__file__).parents[2]
 WORDS = {"words": "N=0.3 deg/√h"}
@@ -125,7 +125,7 @@ def command_of(words: list[str]) -> tuple[click.Command, list[str]]:
 def parsed(words: list[str]) -> dict[str, Any]:
     """Parameters of a command and what they are given, before anything is made of them."""
     command, rest = command_of(words)
-    found, left, _ = command.make_parser(click.Context(command)).parse_args(rest)
+    found, left, _ = command.make_parser(click.Context(command, parent=program_context())).parse_args(rest)
     assert not left, words
     return {k: v for k, v in found.items() if v is not None and v != ()}
 

@@ -35,7 +35,7 @@ from allanite.views import report as al_report
 from allanite.views.plain_page import plain_page
 from page_client import Browser, application, noise, small_log
 from pages import text_of
-from shell import Run
+from shell import Run, program_context
 
 STATIC = Path(al.__file__).parent / "commands" / "page" / "static"
 DWELL, RATE, LATITUDE = 20.0, 10.0, -23.31
@@ -313,8 +313,7 @@ def test_every_option_of_the_page_is_one_of_the_command(
             f"{w.partition('=')[0]}={browser.app.settings.folder / 'gyro.csv'}" if w.endswith(name) else w
             for w in words
         ]
-    # As within the program: a command keeps the help option that its first context gives it.
-    context = command.make_context(words[1], words[2:], parent=click.Context(cli, **cli.context_settings))
+    context = command.make_context(words[1], words[2:], parent=program_context())
     given = {
         p for p in context.params if context.get_parameter_source(p) is click.core.ParameterSource.COMMANDLINE
     }
