@@ -167,6 +167,24 @@ def test_a_fault_is_named_with_its_place(bench: Path, run: Run, text: str, said:
     assert re.search(said, done.err) and str(place) in done.err, done.err
 
 
+def test_a_command_that_reads_no_log_takes_no_file(bench: Path, run: Run) -> None:
+    """A data sheet alone, a curve: a file that is there states nothing of them, and one that is named is refused."""
+    Path("sheet.yaml").write_text("sensor: X\ngyro:\n  angle_random_walk: 0.3 deg/√h\n", encoding="utf-8")
+    assert (
+        run("allan", bench / "log.csv", "--unit", "gx=deg/s", "--channels", "gx", "-o", "curve.csv").code == 0
+    )
+    state(Path.cwd())
+    for line in (("datasheet", "sheet.yaml"), ("fit", "curve.csv")):
+        done = run(*line)
+        assert (done.code, done.err) == (0, ""), done.err
+        assert run(*line, "--config", FILE_NAME).code == 1
+
+
+def test_a_place_where_no_file_can_be_has_none() -> None:
+    assert bench_of(Path("x" * 300) / "log.csv", "auto") is None
+    assert bench_of(Path("nowhere") / "log.csv", "auto") is None
+
+
 def test_a_file_that_is_not_there_is_refused(bench: Path, run: Run) -> None:
     done = run("info", bench / "log.csv", "--config", "nowhere.toml")
     assert done.code == 1 and "nowhere.toml cannot be read" in done.err

@@ -20,6 +20,7 @@ import os
 import tomllib
 import warnings
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -136,9 +137,11 @@ def bench_of(log: Any, config: str | os.PathLike[str] | None) -> BenchFile | Non
     if config != BENCH_FILE:
         return read_bench(config)
     beside = Path(log).parent if isinstance(log, (str, os.PathLike)) else Path()
-    there = (place / FILE_NAME for place in (beside, Path()))
-    found_file = next((place for place in there if place.is_file()), None)
-    return None if found_file is None else read_bench(found_file)
+    for place in (beside / FILE_NAME, Path(FILE_NAME)):
+        with suppress(OSError):  # a folder that may not be entered, a name that is too long: the log says so
+            if place.is_file():
+                return read_bench(place)
+    return None
 
 
 def read_bench(path: str | os.PathLike[str]) -> BenchFile:

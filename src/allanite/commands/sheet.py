@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.measurement import MeasurementResult, measured_result, provenance
+from allanite.commands.option import BENCH_FILE
 from allanite.commands.recordings import is_lossy
 from allanite.commands.study import study_of
 from allanite.errors import InputError
@@ -51,7 +52,8 @@ def datasheet_of(
 
     if log is not None and study is not None:
         raise InputError("give a log or its study, not both")
-    idle = [name for name, value in options.items() if value not in (None, ()) and name != "sampling"]
+    usual = (None, (), BENCH_FILE)
+    idle = [name for name, value in options.items() if value not in usual and name != "sampling"]
     if log is None and (idle or accept):
         raise InputError(f"{(idle or ['accept'])[0]} applies to a log, but there is none")
     stated = read_datasheet(sheet)
