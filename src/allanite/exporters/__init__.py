@@ -19,11 +19,13 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Final, Literal, Protocol, cast, get_args
+from typing import TYPE_CHECKING, Any, Final, Literal, Protocol, TypeGuard, cast, get_args
 
 from allanite.errors import InputError
-from allanite.noise import NoiseModel
 from allanite.plain_files.atomic_file import fresh, make_folder, refuse_existing
+
+if TYPE_CHECKING:
+    from allanite.noise import NoiseModel
 
 __all__ = ["EXPORTERS", "Exporter", "document_of", "export", "exporter", "options_of"]
 
@@ -195,8 +197,17 @@ def _is_study(source: Any) -> bool:
     document = source.to_json() if hasattr(source, "to_json") else source
     if not isinstance(document, Mapping) or not document:
         return False
-    models = all(isinstance(value, NoiseModel) for value in document.values())
-    return models or ("channels" in document and "recording" in document and "calibration" not in document)
+    return _are_models(document) or (
+        "channels" in document and "recording" in document and "calibration" not in document
+    )
+
+
+def _are_models(document: Mapping[str, Any]) -> TypeGuard[Mapping[str, NoiseModel]]:
+    from allanite.noise import (
+        NoiseModel,
+    )  # the list of consumers, which a shell completes, does not wait for NumPy
+
+    return all(isinstance(value, NoiseModel) for value in document.values())
 
 
 def _calibration(source: Any, name: str) -> Mapping[str, Any]:
@@ -217,6 +228,8 @@ def _named(document: Any) -> str:
 
 
 def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
+    from allanite.noise import NoiseModel
+
     if hasattr(study, "to_json") and not isinstance(study, NoiseModel):
         study = study.to_json()
     if not isinstance(study, Mapping) or not study:
@@ -225,7 +238,7 @@ def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
             f"export needs a study or a mapping of channel names to noise models, not {study!r}"
             + (where if isinstance(study, (str, os.PathLike)) else "")
         )
-    if not all(isinstance(value, NoiseModel) for value in study.values()):
+    if not _are_models(study):
         if study.get("format") == "allanite-calibration" or isinstance(study.get("calibration"), Mapping):
             raise InputError("a calibration has no noise: export it with openvins or imu-tk, or pass a study")
         if "channels" not in study or "recording" not in study:
