@@ -16,6 +16,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from datetime import UTC, datetime, timedelta
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -126,8 +127,14 @@ def kept(path: Path, exact: bool = False) -> tuple[str, str]:
     if kind == ".html":
         return "report", report(text)
     if kind == ".svg":
-        return "figure", "\n".join(re.findall(r"<!-- (.*?) -->", text)) + "\n"
+        return "figure", "\n".join(words_of_figure(text)) + "\n"
     return "files", normal(text)
+
+
+def words_of_figure(svg: str) -> Iterator[str]:
+    """What is written in a figure, in its order; lines below one another are one."""
+    for words in re.findall(r"<text[^>]*>(.*?)</text>", svg):
+        yield unescape(re.sub(r"<tspan[^>]*>", " ", words).replace("</tspan>", ""))
 
 
 def document(text: str, exact: bool = False) -> str:
