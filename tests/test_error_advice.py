@@ -33,6 +33,7 @@ ELSEWHERE: dict[str, tuple[str, str]] = {
         "experiments/test_positions_kept_apart.py",
         "is never at rest",
     ),
+    "Subsystem for Linux": ("test_other_systems.py", "Subsystem for Linux"),
     "is the horizon of a bound": ("fitting/test_overbound.py", "bound_until=100.0"),
     "one log: state the log at rest": ("commands/test_cli_in_motion.py", '*logs, "--channels"'),
     "state pairs, --match": ("commands/test_cli_in_motion.py", '"--match", "first,a")'),

@@ -1,16 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """README.md as the description of the package, read where its relative links lead nowhere: on a package index.
 
-Called by the build (`tool.scikit-build.metadata.readme`). With a `Source` among `project.urls`, links lead to the files
-of this version there; without one, their text stays and the link goes, and a picture goes with it.
+Called by the build (`tool.scikit-build.metadata.readme`). Where `repository` in pyproject.toml states an address,
+links lead to the files of this version there; else their text stays and the link goes, and a picture goes with it.
 """
 
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
+
+from project_urls import repository
 
 __all__ = ["absolute", "dynamic_metadata"]
 
@@ -23,11 +24,9 @@ def dynamic_metadata(field: str, settings: Mapping[str, object]) -> dict[str, st
     """The readme of the package, for scikit-build-core."""
     if field != "readme" or settings:
         raise ValueError(f"{Path(__file__).name} makes the readme and takes no settings")
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     code = (ROOT / "src/allanite/__init__.py").read_text(encoding="utf-8")
     (version,) = re.findall(r'^__version__ = "(.*)"$', code, re.M)
-    source = project.get("urls", {}).get("Source", "")
-    text = absolute((ROOT / "README.md").read_text(encoding="utf-8"), source, f"v{version}")
+    text = absolute((ROOT / "README.md").read_text(encoding="utf-8"), repository(), f"v{version}")
     return {"content-type": "text/markdown", "text": text}
 
 

@@ -10,9 +10,10 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from allanite.errors import StorageError
+from allanite.plain_files.durable import synced
 from allanite.plain_files.loggers import logger_of
 
-__all__ = ["fresh", "make_folder", "refuse_existing", "synced"]
+__all__ = ["fresh", "make_folder", "refuse_existing"]
 
 _LOG = logger_of(__name__)
 
@@ -65,15 +66,6 @@ def fresh(path: str | os.PathLike[str], *, force: bool = False, durable: bool = 
         raise _refusal("write", target, error) from error
     finally:
         place.unlink(missing_ok=True)
-
-
-def synced(path: Path) -> None:
-    """Return when a file, or the names in a folder, are on the medium."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 def refuse_existing(*paths: str | os.PathLike[str], force: bool) -> None:

@@ -9,7 +9,6 @@ device; a lock needs no right to write.
 from __future__ import annotations
 
 import errno
-import fcntl
 import hashlib
 import json
 import os
@@ -23,6 +22,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from allanite.errors import InstrumentError
+from allanite.plain_files.file_lock import try_lock
 
 __all__ = ["DeviceLock", "locked_device"]
 
@@ -50,7 +50,8 @@ class DeviceLock:
             facts["run"] = str(Path(run).absolute())
         with suppress(OSError):  # the lock itself holds
             os.ftruncate(self._descriptor, 0)
-            os.pwrite(self._descriptor, json.dumps(facts).encode(), 0)
+            os.lseek(self._descriptor, 0, os.SEEK_SET)
+            os.write(self._descriptor, json.dumps(facts).encode())
 
     def release(self) -> None:
         """Give the device back."""
@@ -93,12 +94,10 @@ def _taken(device: str) -> DeviceLock:
                 f"{device} cannot be locked against a second recorder: {path}: {error.strerror}. Make that folder "
                 "writable, or set TMPDIR to one that is"
             ) from None
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not try_lock(descriptor):
             held = _told(descriptor)
             os.close(descriptor)
-            raise InstrumentError(_refusal(device, held)) from None
+            raise InstrumentError(_refusal(device, held))
         if _is_still(path, descriptor):
             return DeviceLock(device, path, descriptor)
         os.close(descriptor)  # given back and removed meanwhile: once more
@@ -119,13 +118,14 @@ def _is_for_all(folder: Path) -> bool:
 
 def _opened(path: Path) -> int:
     """The file, made if it is not there. Without O_CREAT first: the system refuses that on files of other users."""
-    plain = os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
+    plain = sum(getattr(os, name, 0) for name in ("O_CLOEXEC", "O_NOFOLLOW", "O_NONBLOCK", "O_BINARY"))
     while True:
         with suppress(FileNotFoundError):
             return _regular(_for_both(path, plain))
         with suppress(FileExistsError):
             descriptor = os.open(path, plain | os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
-            os.fchmod(descriptor, 0o644)  # whatever the umask says: other users lock the same device
+            if hasattr(os, "fchmod"):  # whatever the umask says: other users lock the same device
+                os.fchmod(descriptor, 0o644)
             return descriptor
 
 
@@ -154,7 +154,7 @@ def _is_still(path: Path, descriptor: int) -> bool:
 def _told(descriptor: int) -> dict[str, Any]:
     """What the file says of the holder, if that can be true: its process lives, and belongs to who wrote the file."""
     try:
-        holder = json.loads(os.pread(descriptor, 4096, 0))
+        holder = json.loads(os.read(descriptor, 4096))
         owner = Path(f"/proc/{int(holder['process'])}").stat().st_uid
     except (OSError, ValueError, KeyError, TypeError):
         return {}

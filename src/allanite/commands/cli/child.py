@@ -15,7 +15,6 @@ import io
 import json
 import os
 import queue
-import signal
 import sys
 import tempfile
 import threading
@@ -25,8 +24,10 @@ from contextlib import redirect_stderr, redirect_stdout, suppress
 from typing import Any, TextIO
 
 from allanite.commands.cli.failures import FAILED, failure
+from allanite.commands.process_group import end_own_group
 from allanite.errors import AllaniteError
 from allanite.plain_files.json_values import plain
+from allanite.plain_files.process_limits import limit_memory
 
 __all__ = ["main"]
 
@@ -63,8 +64,7 @@ def _incoming() -> queue.SimpleQueue[str | None]:
     def listen() -> None:
         for line in sys.stdin:
             lines.put(line)
-        leads_group = os.getpgrp() == os.getpid()
-        os.killpg(0, signal.SIGKILL) if leads_group else os.kill(os.getpid(), signal.SIGKILL)
+        end_own_group()
 
     threading.Thread(target=listen, daemon=True).start()
     return lines
@@ -85,15 +85,8 @@ def _warm_views() -> None:
 
 def _limit_memory() -> None:
     """No more than the machine has: a file that asks for it gets a MemoryError, and the machine goes on."""
-    with suppress(ImportError, OSError, ValueError):
-        import resource
-
-        most = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-        _, hard = resource.getrlimit(resource.RLIMIT_AS)
-        resource.setrlimit(
-            resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
-        )
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    with suppress(OSError, ValueError):
+        limit_memory()
 
 
 def _say(out: TextIO, word: Json) -> None:

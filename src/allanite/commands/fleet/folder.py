@@ -8,7 +8,6 @@ earlier ones, so that a run may end at any moment: what is there is whole.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import sys
@@ -24,6 +23,7 @@ from allanite.commands.fleet.table import COLUMNS, TableColumn, arrow_table
 from allanite.errors import FormatError, InputError, StorageError
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.atomic_file import fresh, make_folder
+from allanite.plain_files.file_lock import try_lock
 from allanite.plain_files.json_values import load_plain
 from allanite.stability.fleet.table_files import TABLE
 
@@ -138,12 +138,8 @@ class FleetFolder:
         """
         make_folder(self._parts)
         with (self._state / "lock").open("w") as lock:
-            try:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except OSError:
-                raise StorageError(
-                    f"another run writes {self.path}; wait for its end, or choose another"
-                ) from None
+            if not try_lock(lock.fileno()):
+                raise StorageError(f"another run writes {self.path}; wait for its end, or choose another")
             self._clear()
             self.load()
             yield

@@ -87,6 +87,7 @@ def workers(
         _refuse_other_versions(client)
         yield Workers(client.get_executor(), lambda: _AHEAD * max(sum(client.nthreads().values()), 1))
     else:
+        _refuse_without_fork()
         count = count or os.cpu_count() or 1
         pool = ThreadPoolExecutor(count, thread_name_prefix="fleet")
         try:
@@ -94,6 +95,14 @@ def workers(
         finally:
             worker.end_processes()
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _refuse_without_fork() -> None:
+    if not hasattr(os, "fork"):
+        raise WorkerError(
+            "a fleet needs a process for each log, made by fork, which Windows does not have. Run it in the Windows "
+            "Subsystem for Linux, or on workers with Linux (--scheduler)"
+        )
 
 
 def _refuse_other_versions(client: Any) -> None:

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import gc
 import json
+import mmap
 import os
-import resource
 import select
 import shutil
 import signal
@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from allanite.commands.fleet import one_log
+from allanite.plain_files.process_limits import limit_memory, limit_processor_time, memory_of_machine
 
 __all__ = ["main"]
 
@@ -32,7 +33,6 @@ Json = Mapping[str, Any]
 _LOOK = 0.05  # s between two looks at the memory of a child
 _SHARE = 0.8  # of the memory of the machine, shared by its processors, where no limit is given
 _CHUNK = 1 << 16
-_PAGE = os.sysconf("SC_PAGE_SIZE")
 
 
 def main() -> None:
@@ -145,14 +145,8 @@ def _work(task: Json, scratch: str, writing: int) -> None:
 def _limit(seconds: float) -> None:
     """No more memory than the machine has, no core file, and an end also where nobody watches any more."""
     with suppress(OSError, ValueError):
-        most = os.sysconf("SC_PHYS_PAGES") * _PAGE
-        _, hard = resource.getrlimit(resource.RLIMIT_AS)
-        resource.setrlimit(
-            resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
-        )
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        ample = int(seconds * (os.cpu_count() or 1)) + 60
-        resource.setrlimit(resource.RLIMIT_CPU, (ample, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+        limit_memory()
+        limit_processor_time(int(seconds * (os.cpu_count() or 1)) + 60, grace=60)
 
 
 def _watched(task: Json, child: int, reading: int, asking: int) -> bytes | None:
@@ -199,13 +193,13 @@ def _failed(words: str) -> bytes:
 
 
 def _usual_memory() -> float:
-    return _SHARE * os.sysconf("SC_PHYS_PAGES") * _PAGE / (os.cpu_count() or 1)
+    return _SHARE * memory_of_machine() / (os.cpu_count() or 1)
 
 
 def _resident(child: int) -> int:
     """Memory of a process [bytes]; 0 where the system does not say."""
     with suppress(OSError, ValueError, IndexError):
-        return int(Path(f"/proc/{child}/statm").read_text().split()[1]) * _PAGE
+        return int(Path(f"/proc/{child}/statm").read_text().split()[1]) * mmap.PAGESIZE
     return 0
 
 

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import json
-import resource
+import os
 import tempfile
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -111,5 +112,4 @@ def _text(study: Study) -> str:
 
 def _processor_time() -> float:
     """Of this process and of those that it waited for [s]."""
-    spent = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(usage.ru_utime + usage.ru_stime for usage in spent)
+    return time.process_time() + sum(os.times()[2:4])

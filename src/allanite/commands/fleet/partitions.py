@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from allanite.commands.fleet.labels import LABELS
 from allanite.commands.fleet.table import COLUMNS, LABEL_END, arrow_table, arrow_type
-from allanite.plain_files.atomic_file import synced
+from allanite.plain_files.durable import synced
 from allanite.stability.fleet.table_files import table_files
 
 if TYPE_CHECKING:

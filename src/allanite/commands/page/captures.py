@@ -123,7 +123,7 @@ class _Capture:
         if self.process is not None:
             self.exit = self.process.poll()
             return self.exit is None
-        return _began(self.pid) == self.began
+        return bool(self.began) and _began(self.pid) == self.began
 
 
 class Captures:

@@ -20,6 +20,7 @@ from contextlib import suppress
 from typing import Any
 
 from allanite.commands.page.replies import Refused
+from allanite.commands.process_group import end_group
 
 __all__ = ["Child", "Nursery", "Quick"]
 
@@ -68,8 +69,7 @@ class Child:
             if self._ended:
                 return
             self._ended = True
-            with suppress(ProcessLookupError, PermissionError):
-                os.killpg(self._process.pid, signal.SIGKILL)
+            end_group(self._process.pid)
             self._process.wait()
             with suppress(OSError):
                 if self._process.stdin is not None:

@@ -9,6 +9,7 @@ that the parent maps and removes, and everything else as JSON.
 from __future__ import annotations
 
 import json
+import mmap
 import os
 import signal
 import subprocess
@@ -17,18 +18,21 @@ import tempfile
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, FormatError, InputError, LimitError, StorageError
+from allanite.plain_files.process_limits import limit_memory, limit_processor_time
 
 __all__ = ["Outcome", "limit", "run"]
 
 _ERRORS = {e.__name__: e for e in (DataQualityError, FormatError, InputError, LimitError, StorageError)}
 #: What libraries in Rust and C++ say before they abort for want of memory.
 _NO_MEMORY = (b"memory allocation of ", b"bad_alloc")
+#: The folder is removed while its arrays live on; Windows keeps a file that is mapped.
+_MAPPED: Final = None if os.name == "nt" else "r"
 _CHILD = "from allanite.files.readers.sandbox import _child; _child()"
 
 Outcome = tuple[Any, dict[str, NDArray[Any]]]
@@ -125,7 +129,7 @@ def _outcome(
         )
     arrays = {}
     for key, file in answer["arrays"].items():
-        array = np.load(folder / file, mmap_mode="r", allow_pickle=False)
+        array = np.load(folder / file, mmap_mode=_MAPPED, allow_pickle=False)
         arrays[key] = array if array.size > 1 << 14 else np.array(array)
     return answer["data"], arrays
 
@@ -144,24 +148,12 @@ def _too_slow(name: str, seconds: float) -> LimitError:
 def limit(memory: int, seconds: float) -> None:
     """Limit this process: address space beyond the present one, processor time, no core dumps.
 
-    Without effect where the system has no such limits (Windows).
+    Without effect where the system has no such limits: see `allanite.plain_files.process_limits`.
     """
-    try:
-        import resource
-    except ImportError:
-        return
     status = Path("/proc/self/statm")
-    present = int(status.read_text().split()[0]) * resource.getpagesize() if status.exists() else 1 << 31
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    most = present + memory
-    resource.setrlimit(
-        resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
-    )
-    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-    longest = max(round(seconds), 1) + 2
-    longest = longest if hard == resource.RLIM_INFINITY else min(longest, hard)
-    resource.setrlimit(resource.RLIMIT_CPU, (max(longest - 2, 1), longest))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    present = int(status.read_text().split()[0]) * mmap.PAGESIZE if status.exists() else 1 << 31
+    limit_memory(present + memory)
+    limit_processor_time(max(round(seconds), 1), grace=2)
 
 
 def _child() -> None:

@@ -6,8 +6,15 @@ from __future__ import annotations
 import errno
 import os
 from pathlib import Path
+from typing import Final
+
+from allanite.plain_files.durable import sync_data, synced
 
 __all__ = ["Disk"]
+
+_APPEND: Final = (
+    os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
+)
 
 
 class Disk:
@@ -15,11 +22,11 @@ class Disk:
 
     def create(self, path: Path) -> int:
         """Open a new file for appending; its descriptor."""
-        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        return os.open(path, _APPEND | os.O_EXCL, 0o666)
 
     def open_or_create(self, path: Path) -> int:
         """Open a file for appending, whether it is there or not; its descriptor."""
-        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        return os.open(path, _APPEND, 0o666)
 
     def reserve(self, path: Path, size: int) -> None:
         """Make a file that takes so many bytes of the disk.
@@ -50,15 +57,11 @@ class Disk:
 
     def sync(self, descriptor: int) -> None:
         """Return when the data are on the medium."""
-        os.fdatasync(descriptor)
+        sync_data(descriptor)
 
     def sync_folder(self, folder: Path) -> None:
         """Return when the names of the files in a folder are on the medium."""
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-        try:
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+        synced(folder)
 
     def close(self, descriptor: int) -> None:
         """Let go of a file; what a failed close means is said by the sync before it."""

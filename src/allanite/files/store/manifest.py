@@ -8,7 +8,6 @@ it closes it or dies; readers do not care.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import re
@@ -22,6 +21,8 @@ from typing import Any, Final
 from allanite.errors import StorageError
 from allanite.files.store.disk import Disk
 from allanite.files.store.host_clock import host_ns
+from allanite.plain_files.file_lock import is_locked as is_held
+from allanite.plain_files.file_lock import try_lock
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.limits import LINES, refuse_more
 from allanite.plain_files.regular_file import open_regular, read_regular
@@ -171,22 +172,17 @@ def is_locked(folder: Path) -> bool:
     """True while somebody writes to a run."""
     try:
         with open_regular(folder / NAME) as file:
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            return is_held(file.fileno())
     except FileNotFoundError:
         return False
-    except BlockingIOError:
-        return True
-    return False
 
 
 def _lock(descriptor: int, folder: Path) -> None:
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    if not try_lock(descriptor):
         raise StorageError(
             f"{folder} is being written by another process: stop that one, or choose another folder. "
             "Reading is possible"
-        ) from None
+        )
 
 
 def _signed(line: str) -> str:
