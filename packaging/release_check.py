@@ -7,8 +7,8 @@
 3. On each Python that is found: `pip install` in an empty environment, with no compiler on PATH, and the first result,
    within a minute; then the tests of the kernels.
 
-Pythons are those of the classifiers, found on PATH, in ~/.pyenv, or named in RELEASE_PYTHONS (paths, separated by
-colons). One that is not found is reported, and is no error.
+Pythons are those that wheels are built for, found on PATH, in ~/.pyenv, or named in RELEASE_PYTHONS (paths, separated
+by colons). One that is not found is reported, and is no error.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ def main() -> None:
 
 
 def wanted_versions() -> list[str]:
-    """The Pythons of the classifiers: "3.11", ..."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    return re.findall(r"Python :: (3\.\d+)", "\n".join(project["classifiers"]))
+    """The Pythons that the wheels are for: "3.11", ..."""
+    tools = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
+    return [re.sub(r"^cp3(\d+)-\*$", r"3.\1", build) for build in tools["cibuildwheel"]["build"]]
 
 
 def found_pythons() -> tuple[dict[str, Path], list[str]]:
