@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The seam: check shapes, release the interpreter lock, call the kernel. Nothing else.
 // Arrays are taken as they are (never converted, never copied): float64 or int64, C-contiguous, on the CPU.
-#include <cstdio> // nanobind needs it, and with the stable ABI nothing else brings it into libc++
-
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
