@@ -102,8 +102,7 @@ def plot(
     Raises
     ------
     InputError
-        Nothing that has a figure, an unknown option or channel, or another number of axes than panels; Matplotlib is
-        not installed.
+        Nothing that has a figure, an unknown option or channel, another number of axes than panels; no Matplotlib.
 
     Examples
     --------
