@@ -16,7 +16,7 @@ import pytest
 from allanite.commands.fleet.running import fleet
 from fleet_logs import PATTERN, rows_without_times, write_fleet
 
-LOGS, KILLS = 16, 10
+LOGS, KILLS = 5, 3
 #: Also where the tests run in the background of a shell, which ignores Ctrl-C for them.
 _PROGRAM = (
     "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
@@ -62,7 +62,7 @@ def undisturbed(tmp_path_factory):
         return rows_without_times(fleet("logs/**/*.csv", pattern=PATTERN, out="fleet").path)
 
 
-def test_a_run_that_is_killed_ten_times_ends_with_the_same_table(tmp_path, undisturbed):
+def test_a_run_that_is_killed_three_times_ends_with_the_same_table(tmp_path, undisturbed):
     write_fleet(tmp_path / "logs", LOGS)
     moments = random.Random(25)
     for k in range(KILLS):

@@ -16,6 +16,7 @@ import pytest
 from allanite.commands import measure
 from allanite.errors import InputError
 from allanite.stability.fleet.results import FleetPopulation
+from allanite.study.result_document import Reportable
 from allanite.views.figures import sheet_of
 from allanite.views.registry import document_of
 from allanite.views.report import render_file
@@ -32,9 +33,19 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def population(fleet: Path) -> FleetPopulation:
-    result: FleetPopulation = measure("fleet report", fleet).result
+def document(fleet: Path) -> Reportable:
+    return measure("fleet report", fleet).document
+
+
+@pytest.fixture(scope="module")
+def population(document: Reportable) -> FleetPopulation:
+    result: FleetPopulation = document.result
     return result
+
+
+def left_in(folder: Path) -> Reportable:
+    """What `fleet report --out` leaves."""
+    return document_of(json.loads((folder / "population.json").read_text(encoding="utf-8")))
 
 
 def test_the_terminal_answers_first_in_units_that_people_use(
@@ -98,8 +109,8 @@ def test_a_failed_log_is_a_loss(tmp_path: Path, run: Run) -> None:
     assert done.code == 3 and "No unit stands out." in done.out
 
 
-def test_the_page_has_every_part_and_figures(population: FleetPopulation, fleet: Path) -> None:
-    page = view_of(measure("fleet report", fleet).document)
+def test_the_page_has_every_part_and_figures(population: FleetPopulation, document: Reportable) -> None:
+    page = view_of(document)
     assert [s.id for s in page.sections] == ["verdict", "effects", "lots", "pictures", "method", "provenance"]
     panels = sheet_of(population).panels
     assert [p.title for p in panels] == [
@@ -150,14 +161,14 @@ def test_coefficients_that_vary_together_are_a_table_and_a_figure(tmp_path: Path
     )
     other = fleet_table(symbols=("B",), lots=1, seed=8)
     pq.write_table(pa.concat_tables([first, second, other]), tmp_path / "fleet.parquet")
-    document = measure("fleet report", tmp_path).document
+    assert run("fleet", "report", tmp_path, "--out", tmp_path / "out").code == 0
+    document = left_in(tmp_path / "out")
     (pair,) = document.result.correlations
     assert (pair.first, pair.second, pair.units) == ("N of gyro_x", "N of gyro_y", 40)
     assert document.result.pairs == 3 and pair.correlation.lower > 0.99
     assert document_of(document.to_json()).to_json() == document.to_json()
     (panel,) = sheet_of(document.result, view="correlations").panels
     assert panel.curves[0].y == pytest.approx([pair.correlation.value])
-    assert run("fleet", "report", tmp_path, "--out", tmp_path / "out").code == 0
     (row,) = csv.DictReader((tmp_path / "out" / "correlations.csv").open(encoding="utf-8"))
     assert row["second"] == "N of gyro_y" and row["left_out"] == "0"
 
@@ -171,13 +182,13 @@ def test_a_unit_that_changes_over_its_repeats_is_named(tmp_path: Path, run: Run)
             row["profile"] = [knot + 0.1 * quarters for knot in row["profile"]]
     schema = fleet_table().schema.append(pa.field("date", pa.timestamp("us")))
     pq.write_table(pa.Table.from_pylist(rows, schema=schema), tmp_path / "fleet.parquet")
-    document = measure("fleet report", tmp_path).document
+    done = run("fleet", "report", tmp_path, "--out", tmp_path / "out")
+    document = left_in(tmp_path / "out")
     (drift,) = document.result.drifts
     assert document.result.repeated == 40
     assert (drift.unit, drift.symbol, drift.logs) == ("u07", "N", 4)
     assert drift.slope.lower < 0.4 < drift.slope.upper and 0 < drift.slope.lower
     assert document_of(document.to_json()).to_json() == document.to_json()
-    done = run("fleet", "report", tmp_path, "--out", tmp_path / "out")
     assert "%/year" in done.out and "1 of 40 coefficients" in (tmp_path / "out" / "report.html").read_text(
         "utf-8"
     )

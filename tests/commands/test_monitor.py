@@ -184,7 +184,7 @@ def test_the_rate_is_that_of_the_stamps_with_its_scatter(tmp_path: Path, rng: np
     assert abs(found["value"] - 32 * (1 + ppm)) < 4 * found["standard_uncertainty"]
 
 
-@pytest.mark.parametrize("n", [5, 6, 8, 12, 40])
+@pytest.mark.parametrize("n", [5, 8, 40])
 def test_twice_the_uncertainty_of_the_rate_holds_the_truth(n: int, rng: np.random.Generator) -> None:
     """From few stamps as from many: 4000 simulations each, whose own scatter is a third of a percent."""
     counter = 32 * np.arange(n)

@@ -450,7 +450,7 @@ MEMS = {
 DAY = 86400.0
 
 
-@pytest.mark.parametrize("duration", [60.0, 3600.0, DAY, 2 * DAY, 3 * DAY, 7 * DAY, 30 * DAY])
+@pytest.mark.parametrize("duration", [60.0, DAY, 3 * DAY, 30 * DAY])
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("models", [NAVIGATION_GRADE, MEMS], ids=["navigation", "mems"])
 def test_no_error_is_stated_beyond_the_linear_model(

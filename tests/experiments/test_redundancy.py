@@ -351,8 +351,9 @@ def faulty(kind: str, sensor: int, seed: int = 5, n: int = 5, samples: int = 20_
     return y
 
 
-@pytest.mark.parametrize("sensor", [0, 3])
-@pytest.mark.parametrize("kind", ["step", "spell", "drift", "spike", "noise", "stuck"])
+@pytest.mark.parametrize(
+    ("kind", "sensor"), [("step", 0), ("spell", 3), ("drift", 0), ("spike", 3), ("noise", 0), ("stuck", 3)]
+)
 def test_a_fault_is_found_and_its_sensor_named(kind: str, sensor: int) -> None:
     c = combined(faulty(kind, sensor), directions=cone(5))
     assert c.verdict == "a sensor is at fault"
@@ -374,7 +375,7 @@ def test_a_fault_is_found_and_its_sensor_named(kind: str, sensor: int) -> None:
         assert fault.size == pytest.approx(math.sqrt(10.0), rel=0.3)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_a_step_that_ends_is_neither_noise_nor_kept_out_longer_than_it_lasts(seed: int) -> None:
     """Along one axis or around a cone, from 5 to 150 standard deviations of a window, 20 to 200 windows long."""
     rng = np.random.default_rng(seed)

@@ -145,10 +145,10 @@ def why(found: StaticSpans) -> set[str]:
 @pytest.mark.parametrize(
     ("case", "logs", "options"),
     [
-        ("both triads", 30, {}),
-        ("gyros alone", 12, {"accelerometer": ()}),
-        ("accelerometers alone", 12, {"gyro": ()}),
-        ("by the model", 12, {"model": MODEL}),
+        ("both triads", 12, {}),
+        ("gyros alone", 6, {"accelerometer": ()}),
+        ("accelerometers alone", 6, {"gyro": ()}),
+        ("by the model", 6, {"model": MODEL}),
     ],
 )
 def test_e_rests_of_hand_moved_logs_are_found_and_hold_no_motion(
@@ -221,8 +221,11 @@ def test_e_other_sample_rates(rate: float) -> None:
     "kind", ["white", "model", "filtered", "drifting", "counts", "below one count", "gaps"]
 )
 def test_e_clean_records_are_not_cut(kind: str) -> None:
-    """One record in a hundred may be cut: of n no more than the binomial law allows at 99.9 %."""
-    n, cut = 40, 0
+    """One record in a hundred may be cut: of n no more than the binomial law allows at 99.9 %.
+
+    A third of them cut fails with 90 %.
+    """
+    n, cut = 20, 0
     for seed in range(n):
         gyro, accel = clean(seed)
         units = ("rad/s", "m/s²")
@@ -383,7 +386,7 @@ def test_spans_may_be_given_in_seconds_or_in_a_file(tmp_path: Path) -> None:
 
 def test_memory_is_some_tens_of_bytes_for_a_cell_of_an_axis() -> None:
     """A hundred where all axes of all cells were looked at together: 2.4 GB for a record of 4 million cells."""
-    samples = 600_000
+    samples = 200_000
     gyro, accel = noisy(
         np.zeros((samples, 3)), np.tile([0.0, 0.0, G], (samples, 1)), np.random.default_rng(5)
     )

@@ -49,7 +49,7 @@ def test_the_covariance_holds_the_error_of_the_weights(rows: int, unknowns: int,
     assert float(np.mean(by_weights / squares)) < 1 - band  # what it was before
 
 
-@pytest.mark.parametrize("scatter", [0.0, 0.3, 0.6, 1.0, 2.0])
+@pytest.mark.parametrize("scatter", [0.0, 0.6, 2.0])
 def test_intervals_hold_whether_scatter_is_hinted_at_or_not(scatter: float) -> None:
     """Observations of known noise and some scatter: widened where chance hardly makes them scatter so."""
     rows, unknowns = 24, 12

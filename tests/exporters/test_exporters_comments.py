@@ -32,7 +32,7 @@ from allanite.noise import (
 from consumers import ACCEL, GYRO, MARKOVS, OPTIONS, RATE, WALKERS, WHITES, mat
 
 ALL = (*WALKERS, *MARKOVS, *WHITES, "matlab")
-CASES = 30
+CASES = 15  # each kind of walk with each time, and with each fit
 TIME = 80.0
 KINDS = {GYRO: "rate", ACCEL: "acceleration"}
 #: What a comment calls a coefficient. The defaults of PX4 that one line states are those of nobody's model.

@@ -30,7 +30,7 @@ def values_of(got: al.Recording) -> NDArray[np.float64]:
 
 def test_every_number_in_brackets_is_read(tmp_path: Path) -> None:
     """Any bracket, any stamp before it: every value in its place, none left out."""
-    for seed in range(200):
+    for seed in range(100):  # a fault of 2.3 % of them is found with 90 %
         rng = np.random.default_rng(seed)
         form, stamp = str(rng.choice([*FORMS])), str(rng.choice([*STAMPS]))
         values = np.round(

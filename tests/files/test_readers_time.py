@@ -22,7 +22,7 @@ from allanite.files.readers.timebase import ArrayStamps, fit_grid
 from allanite.recording.health.examination import check
 from allanite.recording.records import Recording
 
-CASES = range(200)
+CASES = range(100)  # a fault of 2.3 % of such logs is among them with 90 %
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0}
 N = 60
 
@@ -153,7 +153,7 @@ def test_a_first_column_that_only_grows_is_time_or_asked_about(tmp_path: Path, b
         assert len(recording.names) == 2, (seed, shape, unit)
         if shape in ("even", "jitter", "counter"):
             assert recording.rate == pytest.approx(rate, rel=0.02), (seed, shape, unit)
-    assert told > 20
+    assert told > 10
 
 
 def test_arrays_go_with_the_time_of_their_length(tmp_path: Path) -> None:
@@ -230,7 +230,7 @@ def test_a_unit_that_is_not_named_is_told_from_the_values_or_asked(tmp_path: Pat
             continue
         told += 1
         assert recording.rate == pytest.approx(rate, rel=0.02), (seed, rate, unit)
-    assert told > 100
+    assert told > 50
 
 
 def test_a_rate_that_the_file_states_settles_the_unit_of_its_stamps() -> None:
@@ -422,7 +422,7 @@ def test_dates_in_any_order_are_told_from_the_whole_column_or_asked(tmp_path: Pa
             seed,
             rows[0],
         )
-    assert 20 < asked < 120
+    assert 10 < asked < 60
 
 
 def test_a_day_that_is_told_late_in_the_file_counts(tmp_path: Path) -> None:
@@ -441,7 +441,7 @@ def test_a_day_that_is_told_late_in_the_file_counts(tmp_path: Path) -> None:
 
 def test_rows_of_several_kinds_are_listed_each_with_its_rate(tmp_path: Path) -> None:
     """The kind in any column, with a header or without; seconds or microseconds; kinds of other widths and rates."""
-    for seed in CASES[::8]:
+    for seed in CASES[::5]:
         rng = case(8000 + seed)
         names = rng.permutation(
             [["ACC", "GYRO", "MAG"], ["accel", "gyro", "baro"], ["IMU", "GPS", "BARO"]][seed % 3]

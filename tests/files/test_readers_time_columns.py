@@ -210,7 +210,7 @@ def test_periods_that_are_measured_stay_channels(tmp_path: Path) -> None:
 
 def test_whole_seconds_and_what_is_finer(tmp_path: Path) -> None:
     """Without any names, as a message prints itself; and the Fractional Seconds of a meter beside its clock."""
-    for seed in range(200):
+    for seed in range(100):  # a fault of 2.3 % of them is found with 90 %
         rng = np.random.default_rng([20261126, seed])
         rate = float(rng.choice([3.0, 10.0, 47.0, 200.0]))
         start = int(rng.integers(1_500_000_000, 1_900_000_000))
@@ -245,7 +245,7 @@ def test_whole_seconds_and_what_is_finer(tmp_path: Path) -> None:
 
 def test_a_clock_that_begins_anew_is_time_or_asked_about(tmp_path: Path) -> None:
     """Whatever it is called: "no time column" is said of no log that has one."""
-    for seed in range(200):
+    for seed in range(100):  # a fault of 2.3 % of them is found with 90 %
         rng = np.random.default_rng([20261126, 1, seed])
         rate, turn = float(rng.choice([1.0, 10.0, 100.0])), float(rng.choice([86_400.0, 3600.0, 60.0]))
         name = str(rng.choice(["zp", "q", "tod", "tod_s", "second_counter"]))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError
 from allanite.files.readers.timebase import ArrayStamps, fit_grid
 
-CASES = 200
+CASES = 100  # a fault of 2.3 % of such logs is among them with 90 %
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -92,7 +92,7 @@ def test_last_field_is_kept_of_an_unknown_unit(tmp_path: Path) -> None:
 
 
 def test_every_sound_sentence_is_in_its_place(tmp_path: Path) -> None:
-    for seed in range(200):
+    for seed in range(100):  # a fault of 2.3 % of them is found with 90 %
         rng = np.random.default_rng(seed)
         kind, digits = str(rng.choice(["VNGYR", "IMU", "PABC", "QX7"])), int(rng.choice([2, 4, 8]))
         n, several = int(rng.integers(12, 40)), bool(rng.random() < 0.4)

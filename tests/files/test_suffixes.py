@@ -31,7 +31,7 @@ def table(path: Path, cells: list[str], head: str = "time [s],y", more: str = ""
 
 
 def test_every_number_is_read(tmp_path: Path) -> None:
-    for seed in range(200):
+    for seed in range(100):  # a fault of 2.3 % of them is found with 90 %
         rng = np.random.default_rng(seed)
         suffix = str(rng.choice([*UNITS, *MARKS]))
         share = float(rng.choice([1.0, 1.0, 0.7, 0.02]))

@@ -37,7 +37,7 @@ def two_lines() -> Array:
 
 
 @pytest.mark.parametrize("gaps", [False, True])
-@pytest.mark.parametrize("periods", [4.5, 6.0, 12.0, 15.5, 23.5, 40.0])
+@pytest.mark.parametrize("periods", [4.5, 12.0, 40.0])
 def test_intervals_hold_the_truth_however_few_periods(periods: float, gaps: bool) -> None:
     """Variances for white noise of variance one: of 30 intervals at 95 % a binomial number holds the truth."""
     n, runs, amplitude = 4000, 30, 0.5
@@ -183,14 +183,14 @@ def test_samples_whose_squares_are_no_numbers() -> None:
         al.fit(rates(np.full(2000, 1e-160)), terms="NK")
 
 
-@pytest.mark.parametrize("terms", ["N", "NR", "K", "G"])
-def test_one_term_in_a_short_record(terms: str) -> None:
+def test_one_term_in_a_short_record() -> None:
     """In a process of its own: without the term nothing is left, and SciPy 1.17 aborts on no columns."""
     code = (
         "import numpy as np, allanite as al\n"
         "x = np.random.default_rng(3).standard_normal(100)\n"
-        f"m = al.fit(al.Recording.from_rate(x, rate=1.0, unit='rad/s'), terms={terms!r})\n"
-        "assert m.estimates[0].supported and m.estimates[0].lower > 0\n"
+        "for terms in ('N', 'NR', 'K', 'G'):\n"
+        "    m = al.fit(al.Recording.from_rate(x, rate=1.0, unit='rad/s'), terms=terms)\n"
+        "    assert m.estimates[0].supported and m.estimates[0].lower > 0, terms\n"
     )
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=False

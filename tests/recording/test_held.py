@@ -47,10 +47,10 @@ def messages(recording: al.Recording, code: str = "held_samples") -> list[str]:
 
 @pytest.mark.parametrize("seed", range(4))
 def test_any_ratio_jitter_step_and_gap(seed: int) -> None:
-    """Fifty logs each: the rate within its uncertainty, the span within two values, N within chance."""
+    """Twenty-five logs each: the rate within its uncertainty, the span within two values, N within chance."""
     rng = np.random.default_rng([7, seed])
     off = []
-    for _ in range(50):
+    for _ in range(25):
         rate, jitter, axes = rng.uniform(3.0, 90.0), rng.choice([0.0, 0.1, 0.2, 0.4]), int(rng.choice([1, 3]))
         n, step = int(rng.integers(2000, 5000)), SD if axes == 3 and rng.random() < 0.5 else 0.0
         samples, value = held(rng, n, rate, jitter, axes, step)

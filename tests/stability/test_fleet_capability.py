@@ -60,7 +60,7 @@ def test_the_interval_of_a_share_is_that_of_the_noncentral_t_distribution():
 
 
 def test_the_interval_covers_the_share_and_the_index():
-    records, limit = 50, 0.4  # two standard deviations: 2.28 %
+    records, limit = 20, 0.4  # two standard deviations: 2.28 %; a coverage of 58 % fails with 90 %
     rng = np.random.default_rng(952)
     covered = np.zeros(2)
     for _ in range(records):

@@ -51,19 +51,21 @@ class Draws:
 
     def quantile_of_units(self, share: float) -> Array:
         """x below which this share of all units lies, of each draw, by bisection."""
-        narrow, _, _ = self._parts()
+        parts = narrow, _, _ = self._parts()
         low, high = -40.0 * np.ones(DRAWS), 40.0 * np.ones(DRAWS)
         for _ in range(50):
             z = 0.5 * (low + high)
-            below = self.share_beyond(self.location[:, 0] + narrow * z) > 1 - share
+            below = self._share_beyond(self.location[:, 0] + narrow * z, *parts) > 1 - share
             low, high = np.where(below, z, low), np.where(below, high, z)
         return np.asarray(self.location[:, 0] + narrow * 0.5 * (low + high))
 
     def share_beyond(self, x: float | Array) -> Array:
         """Share of all units above x, of each draw."""
+        return self._share_beyond(x, *self._parts())
+
+    def _share_beyond(self, x: float | Array, narrow: Array, broad: Array, wide: Array) -> Array:
         from scipy.special import ndtr
 
-        narrow, broad, wide = self._parts()
         distance = self.location[:, 0] - x
         inner, outer = (ndtr(distance / np.maximum(sd, 1e-300)) for sd in (narrow, broad))
         return np.asarray((1 - wide) * inner + wide * outer)

@@ -369,12 +369,15 @@ def _longest(design: Design, step_beta: Array, step_lots: Array) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Curvature:
-    """Minus the second derivatives by beta and the lots: blocks A (p, p), C (n_lots, p), D (n_lots,)."""
+    """Minus the second derivatives by beta and the lots: blocks A (p, p), C (n_lots, p), D (n_lots,).
 
-    A: Array
+    `schur` is what is left of A once the lots are free.
+    """
+
     C: Array
     D: Array
     plain_lot: Array
+    schur: Array
 
     @classmethod
     def of(cls, design: Design, m: _Marginal, units: _Units, tau: float) -> _Curvature:
@@ -395,14 +398,8 @@ class _Curvature:
         whole += slope.T @ slope
         rows = design.per_lot(of_lot + slope * slope[:, -1:])
         plain = np.maximum(rows[:, -1], 0.0)
-        return cls(whole[:-1, :-1], tau * rows[:, :-1], 1.0 + tau**2 * plain, plain)
-
-    @property
-    def schur(self) -> Array:
-        """What is left for beta once the lots are free; bends the other way are turned, so that a step goes uphill."""
-        values, vectors = np.linalg.eigh(self.A - self.C.T @ (self.C / self.D[:, None]))
-        size = np.abs(values)
-        return np.asarray((vectors * np.maximum(size, 1e-6 * max(float(size.max()), 1e-6))) @ vectors.T)
+        C, D = tau * rows[:, :-1], 1.0 + tau**2 * plain
+        return cls(C, D, plain, _uphill(whole[:-1, :-1] - C.T @ (C / D[:, None])))
 
     def solve(self, of_beta: Array, of_lots: Array) -> tuple[Array, Array]:
         """The step for these slopes."""
@@ -413,6 +410,13 @@ class _Curvature:
     def log_determinant(self) -> float:
         """Of the whole."""
         return float(np.linalg.slogdet(self.schur)[1] + np.log(self.D).sum())
+
+
+def _uphill(bends: Array) -> Array:
+    """The matrix with its negative bends turned, so that a step goes uphill."""
+    values, vectors = np.linalg.eigh(bends)
+    size = np.abs(values)
+    return np.asarray((vectors * np.maximum(size, 1e-6 * max(float(size.max()), 1e-6))) @ vectors.T)
 
 
 def _informed(
