@@ -461,7 +461,8 @@ def advice_in_arguments() -> tuple[tuple[str, str], ...]:
     """Errors that the library raises, which name one of its arguments and no option."""
     found = []
     for path in sorted(PACKAGE.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        source = path.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(source)) if "raise " in source else ():
             if not isinstance(node, ast.Raise) or node.exc is None:
                 continue
             parts = [c.value for c in ast.walk(node.exc) if isinstance(c, ast.Constant)]

@@ -16,8 +16,9 @@ import sys
 import textwrap
 import warnings
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from types import ModuleType
@@ -164,6 +165,19 @@ def short(path: Path) -> str:
 
 def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+
+
+Nodes = Callable[[Path], list[ast.AST]]
+
+
+def nodes_of(path: Path) -> list[ast.AST]:
+    return list(ast.walk(tree(path)))
+
+
+@pytest.fixture(scope="module")
+def nodes() -> Nodes:
+    """The nodes of a file, parsed once for all rules."""
+    return cache(nodes_of)
 
 
 def calls(nodes: Iterable[ast.AST]) -> Iterator[tuple[str, ast.Call]]:
@@ -440,14 +454,13 @@ def swallows_errors(path: Path, nodes: Sequence[ast.AST]) -> Iterator[str]:
                 yield f"{short(path)}:{node.lineno}: swallows every error"
 
 
-def test_the_library_neither_prints_nor_exits_nor_unpickles_nor_swallows_errors() -> None:
+def test_the_library_neither_prints_nor_exits_nor_unpickles_nor_swallows_errors(nodes: Nodes) -> None:
     complaints: list[str] = []
     for path in (*MODULES, *(test for test in TESTS if "except" in test.read_text(encoding="utf-8"))):
-        nodes = list(ast.walk(tree(path)))  # once for all rules
-        complaints += swallows_errors(path, nodes)
+        complaints += swallows_errors(path, nodes(path))
         if PACKAGE in path.parents:
             for rule in (prints_or_exits, opens_pickles, takes_the_kernels_of_another):
-                complaints += rule(path, nodes)
+                complaints += rule(path, nodes(path))
     assert not complaints, "\n".join(complaints)
 
 
@@ -469,9 +482,9 @@ def test_examples_in_docstrings_are_true(path: Path) -> None:
 # -- imports -------------------------------------------------------------------------------------------------
 
 
-def imports_of(path: Path, modules: Iterable[str]) -> Iterator[str]:
+def imports_of(nodes: Iterable[ast.AST], modules: Iterable[str]) -> Iterator[str]:
     """Modules that a file names, inside functions and for its types alone too."""
-    for node in ast.walk(tree(path)):
+    for node in nodes:
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -480,13 +493,15 @@ def imports_of(path: Path, modules: Iterable[str]) -> Iterator[str]:
                 yield whole if whole in modules else f"{node.module}"
 
 
-def circle(package: Path) -> list[str]:
+def circle(package: Path, nodes: Nodes = nodes_of) -> list[str]:
     """Files that import each other, the first one again at the end. The package itself has names to be loaded late."""
     modules = {
         ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__"): path
         for path in package.rglob("*.py")
     }
-    arrows = {name: {*imports_of(path, modules)} for name, path in modules.items() if name != package.name}
+    arrows = {
+        name: {*imports_of(nodes(path), modules)} for name, path in modules.items() if name != package.name
+    }
     try:
         TopologicalSorter(arrows).prepare()
     except CycleError as error:
@@ -494,8 +509,8 @@ def circle(package: Path) -> list[str]:
     return []
 
 
-def test_no_file_imports_another_that_imports_it_even_for_its_types() -> None:
-    assert circle(PACKAGE) == []
+def test_no_file_imports_another_that_imports_it_even_for_its_types(nodes: Nodes) -> None:
+    assert circle(PACKAGE, nodes) == []
 
 
 @pytest.mark.parametrize(
@@ -527,10 +542,10 @@ def test_source_file_says_its_licence_and_has_a_good_name() -> None:
             assert not BANNED_NAMES.fullmatch(part.removesuffix(path.suffix)), f"{short(path)} says nothing"
 
 
-def test_one_class_name_has_one_meaning() -> None:
+def test_one_class_name_has_one_meaning(nodes: Nodes) -> None:
     homes: dict[str, list[str]] = {}
     for path in MODULES:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in nodes(path):
             if isinstance(node, ast.ClassDef):
                 homes.setdefault(node.name, []).append(f"{short(path)}:{node.lineno}")
     assert [f"{name}: {places}" for name, places in sorted(homes.items()) if len(places) > 1] == []
@@ -546,9 +561,9 @@ IN_DOCUMENTS = {
 }
 
 
-def bound_names(tree: ast.AST) -> Iterator[str]:
+def bound_names(nodes: Iterable[ast.AST]) -> Iterator[str]:
     """Names of locals, arguments and fields."""
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
             yield node.id
         elif isinstance(node, ast.arg):
@@ -557,11 +572,11 @@ def bound_names(tree: ast.AST) -> Iterator[str]:
             yield node.name
 
 
-def test_a_local_is_named_for_what_it_holds() -> None:
+def test_a_local_is_named_for_what_it_holds(nodes: Nodes) -> None:
     nameless = {
         f"{path.relative_to(PACKAGE if path in MODULES else ROOT).as_posix()}: {name}"
         for path in (*MODULES, *(ROOT / "examples").rglob("*.py"))
-        for name in bound_names(ast.parse(path.read_text(encoding="utf-8")))
+        for name in bound_names(nodes(path))
         if name in NAMELESS
     }
     assert nameless == IN_DOCUMENTS
