@@ -386,7 +386,7 @@ def test_spans_may_be_given_in_seconds_or_in_a_file(tmp_path: Path) -> None:
 
 def test_memory_is_some_tens_of_bytes_for_a_cell_of_an_axis() -> None:
     """A hundred where all axes of all cells were looked at together: 2.4 GB for a record of 4 million cells."""
-    samples = 200_000
+    samples = 600_000
     gyro, accel = noisy(
         np.zeros((samples, 3)), np.tile([0.0, 0.0, G], (samples, 1)), np.random.default_rng(5)
     )

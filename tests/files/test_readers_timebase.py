@@ -290,12 +290,13 @@ def test_samples_whose_errors_of_place_add_up_are_off_the_grid(first: int) -> No
         assert off_grid(np.cumsum(1.0 + steps) * 10 ** rng.uniform(-3, 1)) or not far, seed
 
 
-@pytest.mark.parametrize("first", range(0, 100, 20))
+@pytest.mark.parametrize("first", range(0, 40, 20))
 def test_a_clock_that_drifts_slowly_leaves_its_samples_on_the_grid(first: int) -> None:
+    """Half of these clocks leave the grid where a drift is not taken out."""
     for seed in range(first, first + 20):
         rng = np.random.default_rng([20261128, seed])
         k = np.arange(int(rng.integers(5000, 60_000)))
-        ppm, turns = rng.uniform(-400, 400), rng.uniform(0.1, len(k) / 40_000)
+        ppm, turns = 450.0 * rng.choice([-1, 1]), rng.uniform(0.5, max(0.5, len(k) / 40_000))
         clock = 1e-6 * ppm * np.sin(2 * np.pi * (turns * k / len(k) + rng.random()))
         stamps = np.cumsum(1.0 + clock) + rng.choice([0.0, 0.05, 0.2]) * rng.uniform(-1, 1, len(k))
         assert not off_grid(stamps * 10 ** rng.uniform(-3, 1)), seed

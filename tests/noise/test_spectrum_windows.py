@@ -357,7 +357,7 @@ def test_errors_of_neighbouring_holes_are_those_of_the_best_estimates() -> None:
 
 def test_density_of_steep_noise_with_random_holes_is_that_without() -> None:
     """40 % missing: with errors taken as independent the highest frequencies came out half as high again."""
-    n, runs, steep = 30_000, 5, NoiseModel.of(White(N=0.2), GaussMarkov.from_sigma(1.0, 5.0))
+    n, runs, steep = 60_000, 5, NoiseModel.of(White(N=0.2), GaussMarkov.from_sigma(1.0, 5.0))
     ratios = []
     for i in range(runs):
         y = al.simulate(steep, rate=1.0, duration=float(n), seed=40 + i)
