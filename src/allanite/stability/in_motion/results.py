@@ -107,10 +107,9 @@ class ChannelInMotion(Result):
             return words.unchanged_sentence(self.name, self.inflation)
         if self.verdict is MotionVerdict.LOWER:
             return words.lower_sentence(self.name, self.inflation)
-        largest = max(self.bands, key=lambda band: band.inflation.value)
-        return words.inflated_sentence(
-            self.name, self.inflation, largest.inflation.value, (largest.lower, largest.upper)
-        )
+        # by its lower end: the value of a band with few degrees of freedom is large by chance
+        most = max(self.bands, key=lambda band: band.inflation.lower)
+        return words.inflated_sentence(self.name, self.inflation, most.inflation, (most.lower, most.upper))
 
     @property
     def told(self) -> float:

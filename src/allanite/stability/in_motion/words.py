@@ -42,12 +42,12 @@ def lower_sentence(name: str, inflation: Quantity) -> str:
     )
 
 
-def inflated_sentence(name: str, inflation: Quantity, most: float, band: tuple[float, float]) -> str:
+def inflated_sentence(name: str, inflation: Quantity, most: Quantity, band: tuple[float, float]) -> str:
     """By how much, and in which band the most."""
     low, high = (number(f) for f in band)
     return (
-        f"{name}: N in motion is {inflation} times that at rest; the density grew most from {low} to {high} Hz, by a "
-        f"factor {number(most)}"
+        f"{name}: N in motion is {inflation} times that at rest; the density grew most from {low} to {high} Hz, "
+        f"{most} times"
     )
 
 
