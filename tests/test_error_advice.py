@@ -38,6 +38,14 @@ ELSEWHERE: dict[str, tuple[str, str]] = {
     "one log: state the log at rest": ("commands/test_cli_in_motion.py", '*logs, "--channels"'),
     "state pairs, --match": ("commands/test_cli_in_motion.py", '"--match", "first,a")'),
     "state the units of both (--unit)": ("commands/test_cli_in_motion.py", '"--unit", f"{raw}=rad/s"'),
+    "name both, --innovations and --variances": (
+        "commands/test_cli_innovations.py",
+        '"--innovations", "a,b", "--variances", "c,d").code == 0',
+    ),
+    "--variances and --deviations state one thing": (
+        "commands/test_cli_innovations.py",
+        '"--variances", "c,d").code == 0',
+    ),
     "admits other machines": ("commands/test_page_guard.py", '"--token" in done.err'),
     "the three axes were turned by about half a turn": (
         "commands/test_cli_rate_vector.py",

@@ -97,6 +97,7 @@ PUBLIC_NAMES = [
     "dead_reckon",
     "describe_fleet",
     "east_west_null",
+    "examine_innovations",
     "examine_variation",
     "export",
     "filter_recording",

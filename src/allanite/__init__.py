@@ -124,6 +124,7 @@ if TYPE_CHECKING:
     from allanite.files.foreign_curves import read_curve
     from allanite.files.readers import read
     from allanite.files.recording_file import write_recording
+    from allanite.filtering.innovations import examine_innovations
     from allanite.filtering.kalman import filter_recording
     from allanite.filtering.simulation import (
         Motion,
@@ -218,6 +219,7 @@ __all__ = [
     "dead_reckon",
     "describe_fleet",
     "east_west_null",
+    "examine_innovations",
     "examine_variation",
     "export",
     "filter_recording",
@@ -304,6 +306,7 @@ _HOMES = {
     "dead_reckon": "experiments.dead_reckoning",
     "describe_fleet": "stability.fleet.population",
     "east_west_null": "experiments.north",
+    "examine_innovations": "filtering.innovations",
     "examine_variation": "stability.variation",
     "export": "exporters",
     "filter_recording": "filtering.kalman",

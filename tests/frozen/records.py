@@ -89,6 +89,8 @@ def still() -> None:
     phase = 1e-10 * rng.standard_normal(3001)
     phase[1:] += 3e-12 * np.cumsum(rng.standard_normal(3000))
     np.savetxt("phase.txt", 1e9 * phase, fmt="%.9g")
+    innovations = np.random.default_rng(7).standard_normal((4000, 2)) * [3.0, 1.0]
+    log("filter.csv", "nu_x,nu_y,S_x,S_y", 10.0, innovations, np.ones((4000, 2)))
 
 
 def faulty() -> None:

@@ -14,10 +14,10 @@ from allanite.views.blocks import Page, PageBlock, References, Text, equation, p
 from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
 from allanite.views.wording.rates import model_words
 
-__all__ = ["view"]
+__all__ = ["OF_INNOVATIONS", "view"]
 
 _TERMS = {"gauss_markov": "Gauss-Markov term"}
-_REFERENCES = (
+OF_INNOVATIONS = (
     "Y. Bar-Shalom, X. R. Li, T. Kirubarajan, Estimation with applications to tracking and navigation (2001).",
     "G. M. Ljung, G. E. P. Box, On a measure of lack of fit in time series models, Biometrika 65 (1978) 297.",
 )
@@ -118,5 +118,5 @@ def _method(document: ResultDocument[FilterEstimate]) -> list[PageBlock]:
             [("Noise model", document.model_name), ("Its terms", model_words(document.result.model))],
             brief=False,
         ),
-        References(_REFERENCES),
+        References(OF_INNOVATIONS),
     ]

@@ -9,9 +9,8 @@ from allanite.noise import NoiseModel
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, number, probability
 from allanite.quantities.quantity import interval_words
-from allanite.stability.in_motion import ChannelInMotion, InMotion
+from allanite.stability.in_motion import ChannelInMotion, InMotion, words
 from allanite.stability.in_motion.lines import MotionLine
-from allanite.stability.in_motion.remarks import remarks
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Page, PageBlock, References, Text, table
 from allanite.views.result_page import advice, findings_of, pictures, result_page, verdict_banner
@@ -19,22 +18,16 @@ from allanite.views.result_page import advice, findings_of, pictures, result_pag
 __all__ = ["band_rows", "line_rows", "view"]
 
 _METHOD = (
-    "Each density is divided by that of the model at rest as the log would show it, so that sample rates and lengths "
-    "may differ. The ratio of two levels is F-distributed for Gaussian noise; lines are left out of it. The log in "
-    "motion is cut into eight parts: where they scatter more than those of one steady log in a thousand, the interval "
-    "is that of their scatter. N in motion is the density weighted by 1/f², as integration to an angle or a velocity "
-    "weights it; a line enters with the error that it leaves after integration. A verdict is wrong for 5 % of logs "
-    "without inflation, all channels taken together. Lines are a comb if lines at random places would be one with a "
-    "probability below 0.001."
+    "Each density is divided by that of the model at rest as the log would show it. The ratio of two levels is "
+    "F-distributed for Gaussian noise; lines are left out of it. If the eight parts of a log in motion scatter more "
+    "than those of one steady log in a thousand, the interval is that of their scatter. N in motion is the density "
+    "weighted by 1/f², as integration to an angle or a velocity weights it. A verdict is wrong for 5 % of logs without "
+    "inflation."
 )
 _REFERENCES = (
     (
         "F. E. Satterthwaite, “An approximate distribution of estimates of variance components”, Biometrics Bull. 2 "
         "(1946) 110."
-    ),
-    (
-        "P. D. Welch, “The use of fast Fourier transform for the estimation of power spectra”, IEEE Trans. Audio "
-        "Electroacoust. 15 (1967) 70."
     ),
 )
 _PICTURES = {
@@ -74,7 +67,23 @@ def _verdict(result: InMotion) -> Iterator[PageBlock]:
         [_row(c) for c in result.channels],
         caption=f"In motion over at rest, with {100 * result.confidence:g} % intervals.",
     )
-    yield from advice(remarks(result), [*names, *(log.name for log in result.logs)])
+    yield from advice(_remarks(result), [*names, *(log.name for log in result.logs)])
+
+
+def _remarks(result: InMotion) -> Iterator[str]:
+    """What a reader must know besides."""
+    yield words.UPPER_LIMIT
+    if not result.fixed:
+        yield words.moving_sentence(result.above)
+    for log in result.logs:
+        yield from (f"{log.name}: {fault}" for fault in log.faults)
+    if unsteady := [f"{c.name} in {c.log}" for c in result.channels if not c.steady]:
+        yield words.unsteady_sentence(unsteady)
+    for channel in result.channels:
+        for comb in channel.combs:
+            yield f"{channel.name}: {words.comb_sentence(comb.fundamental, comb.orders)}"
+    if any(line.aliases for c in result.channels for line in c.lines if not line.at_rest):
+        yield words.MAY_BE_ALIAS
 
 
 def _row(channel: ChannelInMotion) -> tuple[str, ...]:

@@ -77,6 +77,11 @@ VIEWS: Mapping[str, Analysis] = {
         "allanite.views.filtered",
         "allanite.commands.filter:FILTER",
     ),
+    "allanite-innovations": Analysis(
+        "allanite.filtering.innovations:Innovations",
+        "allanite.views.innovations",
+        "allanite.commands.innovations:INNOVATIONS",
+    ),
     "allanite-reference-aided": Analysis(
         "allanite.experiments.aided_readings:AidedTake", "allanite.views.reference_aided"
     ),

@@ -26,7 +26,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
         "overbound",
     ),
     "Compare": ("compare", "in-motion", "diff", "datasheet", "fleet"),
-    "Use a noise model": ("filter", "simulate", "dead-reckon", "combine"),
+    "Use a noise model": ("filter", "innovations", "simulate", "dead-reckon", "combine"),
     "Earth rate and north": ("plan", "earth-rate", "north", "align"),
     "Calibrate": ("calibrate", "rate-table"),
     "Record": ("record", "monitor", "recover", "compact"),

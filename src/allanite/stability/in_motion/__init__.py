@@ -2,15 +2,13 @@
 """Noise in motion: how much a log with motors on, or carried, holds over a log at rest.
 
 ``estimation``  measure_in_motion(rest, motions): what a user calls.
-``levels``      levels of one log: white noise, slow terms, bands.
 ``lines``       new lines, harmonics of one rotation, aliases.
 ``told``        the noise model for a filter.
 ``matching``    which channels belong together.
-``results``     InMotion and what it is made of; ``verdict`` what it may come to, ``words`` says it in a sentence.
+``results``     InMotion and what it is made of; ``words`` says it in a sentence.
 """
 
 from allanite.stability.in_motion.estimation import measure_in_motion
-from allanite.stability.in_motion.results import BandInflation, ChannelInMotion, InMotion
-from allanite.stability.in_motion.verdict import MotionVerdict
+from allanite.stability.in_motion.results import BandInflation, ChannelInMotion, InMotion, MotionVerdict
 
 __all__ = ["BandInflation", "ChannelInMotion", "InMotion", "MotionVerdict", "measure_in_motion"]

@@ -11,11 +11,19 @@ from allanite.noise import NoiseModel
 from allanite.noise.spectrum.results import Spectrum
 from allanite.quantities.quantity import Quantity
 from allanite.quantities.result import Result
+from allanite.quantities.verdict import Tone, Verdict
 from allanite.stability.in_motion import words
 from allanite.stability.in_motion.lines import Comb, MotionLine
-from allanite.stability.in_motion.verdict import MotionVerdict
 
-__all__ = ["BandInflation", "ChannelInMotion", "InMotion", "MotionLog"]
+__all__ = ["BandInflation", "ChannelInMotion", "InMotion", "MotionLog", "MotionVerdict"]
+
+
+class MotionVerdict(Verdict):
+    """Is there more noise in motion?"""
+
+    INFLATED = "inflated", "more noise in motion", Tone.WARNING
+    LOWER = "lower", "less noise in motion than at rest", Tone.WARNING
+    UNCHANGED = "unchanged", "no more noise in motion", Tone.GOOD
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from allanite.stability.fleet.charts import ControlChart
     from allanite.stability.fleet.results import FleetPopulation
     from allanite.stability.record_comparison.results import Comparison
-    from allanite.stability.shared_noise import Separation
     from allanite.stability.variation import Variation
     from allanite.study.datasheet import DatasheetJudgement
     from allanite.study.results import ChannelStudy
@@ -85,7 +84,7 @@ def plot(
         CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation", "log") and
         `recording`, which the log needs.
         DatasheetJudgement: `view` ("whole", "curves", "ratio"). Bounds: `view` ("whole", "curves", "inflation").
-        InMotion: `view` ("whole", "inflation", "spectra").
+        InMotion: `view` ("whole", "inflation", "spectra"). Innovations: `view` ("whole", "nis", "bands").
         Difference: `view` ("whole", "curves", "drift"). Selection: `view` ("whole", "weights", "curves") and
         `channels`. Separation: `view` ("whole", "parts", "correlation"). Variation: `view` ("whole", "map", "lines")
         and `channels`. Combination: `view` ("whole", "parity", "deviation", "gain"). Comparison: `view` ("whole",
@@ -464,14 +463,6 @@ def _environment(result: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"nothing was found that a figure {view!r} could show")
 
 
-def _separation(result: Separation, *, view: str = "whole") -> Sheet:
-    from allanite.views.figures import shared_noise
-
-    _known_view(view, shared_noise.VIEWS, "sensors taken apart")
-    parts = {"parts": shared_noise.part_panel, "correlation": shared_noise.correlation_panel}
-    return _column([make(result) for name, make in parts.items() if view in ("whole", name)])
-
-
 def _selection(result: TermSelection, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
     from allanite.views.figures import selection
 
@@ -561,7 +552,7 @@ def _known_view(view: str, views: Sequence[str], what: str) -> None:
 
 
 def _in_view(parts: Parts, view: str, nothing: str) -> Sheet:
-    """The panels of a view, or of all that there is, one below the other; `nothing` says that there are none."""
+    """The panels of a view, or of all, one below the other; `nothing` says that there are none."""
     panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
     if not panels:
         raise InputError(nothing)
@@ -624,7 +615,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("Plan"), _plan),
     (_named("RateTableEstimate"), _rate_table),
     (_named("Combination"), _combination),
-    (_named("Separation"), _separation),
+    (_named("Separation"), _by_parts("shared_noise", "sensors taken apart")),
     (_named("TermSelection"), _selection),
     (_named("Variation"), _variation),
     (_named("Comparison"), _comparison),
@@ -635,6 +626,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("DatasheetJudgement"), _datasheet),
     (_named("Bounds"), _by_parts("overbound", "bounds")),
     (_named("InMotion"), _by_parts("in_motion", "noise in motion")),
+    (_named("Innovations"), _by_parts("innovations", "innovations")),
     (_named("FleetPopulation"), _fleet),
     (_named("ControlChart"), _control_chart),
     (_named("Difference"), _difference),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,14 @@ from allanite.quantities.display_units import display_unit
 from allanite.stability.shared_noise.results import COMMON, NoisePart, Separation
 from allanite.views.figures.panel import MARKERS, SERIES, Axis, Curve, Panel, level, positive_range
 
-__all__ = ["VIEWS", "correlation_panel", "part_panel"]
+__all__ = ["VIEWS", "correlation_panel", "part_panel", "parts"]
 
 VIEWS = ("whole", "parts", "correlation")
+
+
+def parts(result: Separation) -> Mapping[str, Callable[[], Sequence[Panel]]]:
+    """Panels by view."""
+    return {"parts": lambda: [part_panel(result)], "correlation": lambda: [correlation_panel(result)]}
 
 
 def part_panel(result: Separation) -> Panel:
