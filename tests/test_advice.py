@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import allanite
+from allanite.commands.cli import cli
 from allanite.commands.cli.in_options import in_options
 from allanite.recording.cleaning import REPAIRS
 from allanite.recording.health.catalogue import CATALOGUE
@@ -428,7 +429,8 @@ def sentences_of_modules() -> Iterator[tuple[str, str]]:
 
 
 def test_options_in_sentences_exist() -> None:
-    every = set().union(*OPTIONS.values()) | {"--version", "--now"}  # the last one is systemctl's
+    of_program = {option for parameter in cli.params for option in parameter.opts}
+    every = of_program.union(*OPTIONS.values()) | {"--now"}  # the last one is systemctl's
     for place, text in sentences():
         for option in re.findall(r"(?<![\w-])(--[a-z][a-z-]*[a-z])(?![\w{-])", text):
             assert option in every, f"{place}: {option} in {text!r}"
