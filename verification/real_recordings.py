@@ -136,7 +136,7 @@ def page(folder: Path) -> str:
     for record in RECORDS:
         study = al.characterize(al.read(folder / record.file, unit=record.units))
         parts.append(section(record, study))
-    parts += [_fleet(folder), _others()]
+    parts += [_fleet(folder), _in_motion(folder), _others()]
     return "\n".join(parts)
 
 
@@ -236,6 +236,40 @@ def _six_axes(folder: Path) -> dict[str, tuple[float, NDArray[np.float64]]]:
         axes = np.hstack([file["gyro_deg_per_h"] * deg / 3600, file["acc_m_s2"]])
         logs["ringlaser_1_a"] = float(file["fs"]), axes
     return logs
+
+
+def _in_motion(folder: Path) -> str:
+    """Logs at rest beside logs of the same sensor in the hand."""
+    mpu = folder / "tomisuarez_mpu6050"
+    px4 = al.read(folder / "formats_px4_ardupilot" / "sample.ulg")
+    rest = px4.window(9, 39)
+    lines = [
+        "| sensor | in motion | channel | N in motion over N at rest | verdict |",
+        "|---|---|---|---|---|",
+    ]
+    for sensor, what, at_rest, moved in (
+        ("PX4", "at rest, 39 to 68 s", rest, px4.window(39, 68)),
+        ("PX4", "in the hand, up to 7 s", rest, px4.window(0, 7)),
+        (
+            "MPU-6050",
+            "turned by 90°",
+            al.read(mpu / "imu_static_test.csv"),
+            al.read(mpu / "imu_90_x_rot.csv"),
+        ),
+    ):
+        found = al.measure_in_motion(at_rest, [moved])
+        lines += [
+            f"| {sensor} | {what} | {c.name} | {c.inflation} | {c.verdict.words} |" for c in found.channels
+        ]
+    return f"""## Noise in motion
+
+Two sensors, each compared with itself as by `allanite in-motion`: the flight controller of `sample.ulg`, at rest from 9
+to 39 s, and the MPU-6050 of `imu_static_test.csv`. Every channel of the controller tells later rest from movement. The
+ratio of the moved logs is that of movement, not of the sensor's noise; the MPU-6050 was turned in steps, so its
+intervals are those of the scatter between parts of the log.
+
+{chr(10).join(lines)}
+"""
 
 
 def _others() -> str:

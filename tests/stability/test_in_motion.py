@@ -310,3 +310,14 @@ def test_ratio_of_levels_is_its_own_inverse() -> None:
     ratio, low, high = amplitude_ratio(one, other, 0.9)
     assert ratio == 2.0 and low < 2.0 < high
     assert amplitude_ratio(other, one, 0.9) == pytest.approx((0.5, 1 / high, 1 / low))
+
+
+def test_a_flight_controller_at_rest_is_told_from_one_in_the_hand(real_data):
+    log = al.read(real_data("formats_px4_ardupilot") / "sample.ulg")
+    rest = log.window(9, 39)
+    later = al.measure_in_motion(rest, [log.window(39, 68)])
+    held = al.measure_in_motion(rest, [log.window(0, 7)])
+    assert {c.verdict for c in later.channels} == {MotionVerdict.UNCHANGED}
+    assert all(c.inflation.lower < 1 < c.inflation.upper for c in later.channels)
+    assert {c.verdict for c in held.channels} == {MotionVerdict.INFLATED}
+    assert all(c.inflation.lower > 10 for c in held.channels)

@@ -77,7 +77,8 @@ def _remarks(result: InMotion) -> Iterator[str]:
         yield words.moving_sentence(result.above)
     for log in result.logs:
         yield from (f"{log.name}: {fault}" for fault in log.faults)
-    if unsteady := [f"{c.name} in {c.log}" for c in result.channels if not c.steady]:
+    several = len(result.logs) > 1
+    if unsteady := [f"{c.name} in {c.log}" if several else c.name for c in result.channels if not c.steady]:
         yield words.unsteady_sentence(unsteady)
     for channel in result.channels:
         for comb in channel.combs:
