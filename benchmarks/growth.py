@@ -37,7 +37,7 @@ _NPY = ("--rate", "32", "--unit", "rad/s")
 _UNMEASURED = (
     "commands that read models, curves or studies (diff, dead-reckon, plan, export, overbound, report); runs (record, "
     "monitor, recover, compact); turned units (north, calibrate, rate-table); datasheet --log and fleet, which "
-    "characterize each log"
+    "characterize each log; innovations, which reads the log of a filter"
 )
 #: Exit codes of a result: done, and done with missing samples.
 _CODES = (0, 3)
@@ -92,6 +92,13 @@ CASES: Mapping[str, Case] = {
         fewest=2,
         channels=(2, 10, 100),
         remark="records in place of channels",
+    ),
+    "in-motion": Case(
+        command=("in-motion",),
+        record="units-{n}-{c}",
+        fewest=2,
+        channels=(2, 10),
+        remark="a log at rest, the others in motion",
     ),
     "environment": Case(
         command=("environment", "--temperature", "temp"),
