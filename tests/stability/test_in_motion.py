@@ -21,7 +21,7 @@ from allanite.noise.spectrum.results import Spectrum
 from allanite.quantities.distributions import chi_square_quantile, f_quantile, f_tail
 from allanite.recording.records import Recording
 from allanite.stability.in_motion import InMotion, MotionVerdict, measure_in_motion
-from allanite.stability.in_motion.estimation import with_scatter
+from allanite.stability.in_motion.levels import with_scatter
 from allanite.stability.in_motion.lines import CHANCE, lines_in_motion
 from allanite.stability.in_motion.matching import matched_channels
 from noise_records import binomial_bound

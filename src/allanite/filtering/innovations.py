@@ -41,6 +41,7 @@ from allanite.noise.spectrum.estimation import power_spectrum
 from allanite.noise.spectrum.results import Spectrum
 from allanite.quantities.distributions import chi_square_quantiles, chi_square_tails
 from allanite.quantities.number_words import number
+from allanite.quantities.probabilities import require_probabilities
 from allanite.quantities.quantity import Quantity
 from allanite.quantities.result import Result
 from allanite.quantities.verdict import Tone, Verdict, WordedCode
@@ -246,7 +247,7 @@ def examine_innovations(
     names : sequence of str, optional
         Names of the axes.
     confidence : float
-        MeanDensity of the intervals.
+        Level of the intervals.
     source : str
         Name of the log.
 
@@ -282,8 +283,7 @@ def _refuse(e: Array, s: Array, rate: float, confidence: float) -> None:
         )
     if isinstance(rate, bool) or not (isinstance(rate, (int, float)) and math.isfinite(rate) and rate > 0):
         raise InputError(f"rate must be a positive number of innovations per second, not {rate!r}")
-    if isinstance(confidence, bool) or not (isinstance(confidence, (int, float)) and 0 < confidence < 1):
-        raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+    require_probabilities(confidence=confidence)
 
 
 def _standardized(e: Array, s: Array) -> Array:

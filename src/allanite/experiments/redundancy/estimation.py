@@ -46,6 +46,7 @@ from allanite.noise.allan.degrees import chi_square_factors
 from allanite.noise.given_models import models_of
 from allanite.plain_files.counted import plural
 from allanite.quantities.distributions import normal_quantile
+from allanite.quantities.probabilities import require_probabilities
 from allanite.recording.records import Kind, Recording
 
 __all__ = ["combine", "measured_gain"]
@@ -165,9 +166,7 @@ def _check(
     for name, value in (("averaging", averaging), ("window", window)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise InputError(f"{name} must be positive seconds, not {value!r}")
-    for name, value in (("false_alarm", false_alarm), ("confidence", confidence)):
-        if not 0 < value < 1:
-            raise InputError(f"{name} must lie between 0 and 1, not {value!r}")
+    require_probabilities(false_alarm=false_alarm, confidence=confidence)
     if not (math.isfinite(motion_error) and motion_error >= 0):
         raise InputError(f"motion_error must be finite and not negative, not {motion_error!r}")
 

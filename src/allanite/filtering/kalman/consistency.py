@@ -31,6 +31,7 @@ from allanite import _kernels
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
+from allanite.quantities.probabilities import require_probabilities
 from allanite.quantities.result import Result
 from allanite.quantities.verdict import Tone, Verdict, WordedCode
 
@@ -212,8 +213,7 @@ class ConsistencySums:
         InputError
             A confidence that is not between 0 and 1.
         """
-        if not 0 < confidence < 1:
-            raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+        require_probabilities(confidence=confidence)
         n = self._count
         if n == 0:
             return _untested(confidence, len(self._products))

@@ -27,6 +27,7 @@ from allanite.fitting.likelihood.slow import ShownSum, slow_facts
 from allanite.fitting.selection.lines import gains_of, steady_lines
 from allanite.fitting.selection.results import Candidate, ChosenLine, LineLeftIn, Selection
 from allanite.fitting.selection.search import Letters, Progress, TermSearch
+from allanite.quantities.probabilities import require_probabilities
 from allanite.recording.records import Recording, checked_recording
 
 __all__ = ["select"]
@@ -84,8 +85,7 @@ def select(
     Where no sum of terms explains what happens within some samples (the sensor's filter), means over 4, 16, 64 or 256
     of them are used.
     """
-    if not 0 < confidence < 1:
-        raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+    require_probabilities(confidence=confidence)
     if isinstance(recording, LikelihoodProblem):
         if channel is not None or len(lines):
             raise InputError(

@@ -30,6 +30,7 @@ from allanite.noise.spectrum.lines import SpectralLine
 from allanite.noise.spectrum.results import Spectrum
 from allanite.noise.spectrum.stability import sinusoids, without_stable_lines
 from allanite.plain_files.counted import plural
+from allanite.quantities.probabilities import require_probabilities
 from allanite.recording.records import Recording
 
 __all__ = ["fit_spectral", "spectral_ordinates"]
@@ -84,8 +85,7 @@ def fit_spectral(
         No sum of terms explains the spectrum.
     """
     name = _only_channel(recording) if channel is None else recording[channel].name
-    if isinstance(confidence, bool) or not (isinstance(confidence, (int, float)) and 0 < confidence < 1):
-        raise InputError(f"confidence must lie between 0 and 1 (0.95 for 95 %), not {confidence!r}")
+    require_probabilities(confidence=confidence)
     wanted = None if terms is None else _letters(terms)
     data, spectrum = spectral_ordinates(recording, name, progress=progress)
     candidates = (FLICKER, GAUSS_MARKOV) if wanted is None else (wanted,)

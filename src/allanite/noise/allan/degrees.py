@@ -20,8 +20,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import DataQualityError, InputError
+from allanite.errors import DataQualityError
 from allanite.quantities.distributions import chi_square_quantiles
+from allanite.quantities.probabilities import require_probabilities
 
 __all__ = ["chi_square_factors", "edf_greenhall", "edf_total", "local_power_law", "shifted_factors"]
 
@@ -47,8 +48,7 @@ def chi_square_factors(edf: Array, confidence: float) -> tuple[Array, Array]:
     DataQualityError
         Degrees of freedom that are zero or negative.
     """
-    if isinstance(confidence, bool) or not (isinstance(confidence, (int, float)) and 0 < confidence < 1):
-        raise InputError(f"confidence must lie between 0 and 1 (0.95 for 95 %), not {confidence!r}")
+    require_probabilities(confidence=confidence)
     edf = np.asarray(edf, dtype=np.float64)
     if np.any(edf <= 0):
         raise DataQualityError(

@@ -28,6 +28,7 @@ from allanite.noise.spectrum.results import METHODS, Method, Spectrum
 from allanite.noise.spectrum.stability import examined
 from allanite.noise.spectrum.windows import window_of
 from allanite.quantities.distributions import chi_square_quantiles
+from allanite.quantities.probabilities import require_probabilities
 from allanite.recording.records import Recording
 
 __all__ = ["power_spectrum", "spectrum_of_pass"]
@@ -108,8 +109,7 @@ def power_spectrum(
     """
     if method not in METHODS:
         raise InputError(f"method must be {' or '.join(map(repr, METHODS))}, not {method!r}")
-    if not (_is_number(confidence) and 0 < confidence < 1):
-        raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+    require_probabilities(confidence=confidence)
     if not (_is_number(least) and least == int(least) and least >= FEWEST_SEGMENTS):
         raise InputError(
             f"a spectrum needs a whole number of segments, {FEWEST_SEGMENTS} at least, not {least!r}"

@@ -14,6 +14,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.filtering.regression import LEVEL
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
+from allanite.quantities.probabilities import require_probabilities
 from allanite.recording.records import Recording
 from allanite.stability.environment.climate import Climate
 from allanite.stability.environment.correction import correction_of
@@ -123,8 +124,7 @@ def regress_environment(
     """
     if warm_up not in (None, "model", "cut"):
         raise InputError(f"warm_up must be 'model', 'cut' or None, not {warm_up!r}")
-    if not 0 < confidence < 1:
-        raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+    require_probabilities(confidence=confidence)
     name = _channel(recording, channel, temperature)
     advance = progress or (lambda fraction, what: None)
     case = _Case(

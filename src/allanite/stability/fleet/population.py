@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.quantities.probabilities import require_probabilities
 from allanite.quantities.quantity import Quantity, QuantityStatus
 from allanite.stability.fleet.capability import capability_of
 from allanite.stability.fleet.correlations import correlated_pairs
@@ -131,13 +132,7 @@ def describe_fleet(
     InputError
         No table of a fleet, a condition that it does not have, fewer than three units, shares outside (0, 1).
     """
-    for name, share in (
-        ("confidence", confidence),
-        ("false_discovery_rate", false_discovery_rate),
-        ("content", content),
-    ):
-        if not 0 < share < 1:
-            raise InputError(f"{name} must lie between 0 and 1, not {share!r}")
+    require_probabilities(confidence=confidence, false_discovery_rate=false_discovery_rate, content=content)
     bounds = limits or {}
     for (channel, symbol), limit in bounds.items():
         if not 0 < limit < math.inf:

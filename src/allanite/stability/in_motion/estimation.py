@@ -14,21 +14,22 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting import fit
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.motion import MotionInflation
-from allanite.noise.spectrum.bands import MeanDensity, amplitude_ratio, band_edges, band_of, level, widths
+from allanite.noise.spectrum.bands import MeanDensity, amplitude_ratio, band_edges
 from allanite.noise.spectrum.estimation import power_spectrum
 from allanite.noise.spectrum.results import Spectrum
 from allanite.quantities.display_units import si_unit
-from allanite.quantities.distributions import chi_square_tail, f_tail
+from allanite.quantities.distributions import f_tail
 from allanite.quantities.number_words import number
+from allanite.quantities.probabilities import require_probabilities
 from allanite.quantities.quantity import Quantity
 from allanite.recording.records import Recording
+from allanite.stability.in_motion.levels import LogLevels, with_scatter
 from allanite.stability.in_motion.lines import lines_in_motion
 from allanite.stability.in_motion.matching import matched_channels
 from allanite.stability.in_motion.results import (
@@ -38,12 +39,10 @@ from allanite.stability.in_motion.results import (
     MotionLog,
     MotionVerdict,
 )
-from allanite.stability.in_motion.told import is_slow, told_model
+from allanite.stability.in_motion.told import told_model
 
-__all__ = ["LogLevels", "measure_in_motion", "with_scatter"]
+__all__ = ["measure_in_motion"]
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 Progress = Callable[[float, str], None]
 
@@ -56,10 +55,6 @@ FALSE_ALARM = 0.05
 PARTS, LEAST = 8, 512
 #: Share of the square of the white noise from which on lines are told as noise.
 COUNTS = 0.01
-#: Share of the density at rest that slow terms make where they prevail.
-PREVAIL = 0.5
-#: The scatter of parts that counts: one steady log in a thousand shows as much.
-UNSTEADY = 1e-3
 
 
 def measure_in_motion(
@@ -91,7 +86,7 @@ def measure_in_motion(
     models : mapping of str to NoiseModel, optional
         Models at rest by channel; by default they are fitted to `rest`.
     confidence : float
-        MeanDensity of the intervals.
+        Level of the intervals.
     progress : callable, optional
         Called with the fraction done and what is being done.
 
@@ -110,8 +105,7 @@ def measure_in_motion(
     logs = [motions] if isinstance(motions, Recording) else [*motions]
     if not logs:
         raise InputError("state a log in motion beside the one at rest")
-    if isinstance(confidence, bool) or not (isinstance(confidence, (int, float)) and 0 < confidence < 1):
-        raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+    require_probabilities(confidence=confidence)
     below = min(rest.rate, *(log.rate for log in logs)) / 2
     lowest = _lowest(above, below)
     report = progress or (lambda fraction, what: None)
@@ -320,84 +314,3 @@ def _told(pair: _ChannelPair, white: _WhiteNoise, verdict: MotionVerdict, slow: 
         fixed=pair.fixed,
     )
     return told_model(pair.quiet.model, facts, math.sqrt(total * rest))
-
-
-@dataclass(frozen=True, slots=True)
-class LogLevels:
-    """A spectrum up to a frequency [Hz], and what the model at rest would show in its place.
-
-    Attributes
-    ----------
-    spectrum : Spectrum
-    below : float [Hz]
-    expected, slow : ndarray, shape (n,)
-        Density of the model, and of its slow terms.
-    """
-
-    spectrum: Spectrum
-    below: float
-    expected: Array
-    slow: Array
-
-    @classmethod
-    def of(cls, spectrum: Spectrum, model: NoiseModel, below: float) -> LogLevels:
-        """With the densities of a model."""
-        slow = NoiseModel.of(*(t for t in model.terms if is_slow(t)), kind=model.kind)
-        return cls(spectrum, below, spectrum.expected(model), spectrum.expected(slow))
-
-    def white(self, above: float) -> MeanDensity | None:
-        """Square of the white noise that leaves the same error after integration as the density from `above` on."""
-        weight = widths(self.spectrum) / self.spectrum.frequency**2
-        return level(self.spectrum, self._points(above), np.ones_like(weight), weight)
-
-    def of_slow_terms(self) -> MeanDensity | None:
-        """Density over that of the model, where its slow terms prevail."""
-        return self._over_model(self._points() & (self.slow > PREVAIL * self.expected))
-
-    def of_band(self, band: int) -> MeanDensity | None:
-        """Density over that of the model in a band."""
-        return self._over_model(self._points() & (band_of(self.spectrum.frequency) == band))
-
-    def bands(self) -> list[int]:
-        """Numbers of the bands in which there are points."""
-        return sorted(set(band_of(self.spectrum.frequency[self._points()]).tolist()))
-
-    def white_of_lines(self, above: float) -> tuple[float, float, float]:
-        """What the lines add to `white`, and its ends."""
-        points = self._points(above)
-        weight = float(np.sum(widths(self.spectrum)[points] / self.spectrum.frequency[points] ** 2))
-        lines = [line for line in self.spectrum.lines if above <= line.frequency < self.below]
-        amplitudes = [(line.amplitude, line.amplitude_lower, line.amplitude_upper) for line in lines]
-        known = [tuple(a if math.isfinite(a) else each[0] for a in each) for each in amplitudes]
-        value, lower, upper = (
-            math.fsum((each[i] / line.frequency) ** 2 for each, line in zip(known, lines, strict=True))
-            / 4
-            / weight
-            for i in range(3)
-        )
-        return value, lower, upper
-
-    def _points(self, above: float = 0.0) -> Mask:
-        ends = self.spectrum.bins[:, 1] * self.spectrum.resolution
-        return np.asarray((self.spectrum.frequency >= above) & (ends <= self.below * (1 + 1e-9)))
-
-    def _over_model(self, points: Mask) -> MeanDensity | None:
-        return level(self.spectrum, points, self.expected, widths(self.spectrum))
-
-
-def with_scatter(whole: MeanDensity, parts: Sequence[MeanDensity | None]) -> tuple[MeanDensity, bool]:
-    """A level of a log with the degrees of freedom that its parts leave, and whether these agree.
-
-    Of a steady log the logarithms of the parts scatter with variances 2/dof. Where they scatter more, each knows less.
-    """
-    known = [part for part in parts if part is not None and part.value > 0]
-    if len(known) < 2 or len(known) < len(parts):
-        return whole, True
-    dof = np.array([part.dof for part in known])
-    off = np.log([part.value for part in known]) + 1 / dof  # the mean of the logarithm of a chi-square
-    off -= float(dof @ off) / float(dof.sum())
-    scatter = float(np.sum(off**2 / (2 / dof + 2 / dof**2)))
-    freedom = len(known) - 1
-    if chi_square_tail(scatter, freedom) >= UNSTEADY:
-        return whole, True
-    return MeanDensity(value=whole.value, dof=max(whole.dof * freedom / scatter, 1.0)), False

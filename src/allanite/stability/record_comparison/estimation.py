@@ -14,6 +14,7 @@ from allanite.errors import InputError
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV
 from allanite.fitting.objective import advantage
 from allanite.quantities.display_units import si_unit
+from allanite.quantities.probabilities import require_probabilities
 from allanite.stability.record_comparison.bias import bias_profiles
 from allanite.stability.record_comparison.curves import compared, holm, ratios
 from allanite.stability.record_comparison.equality import joint_law, joint_loss
@@ -91,7 +92,7 @@ def compare(
     DataQualityError, FitError
         A curve with too few lags, or that no noise terms describe.
     """
-    _refuse_no_share(confidence=confidence, level=level)
+    require_probabilities(confidence=confidence, level=level)
     given = _named([record_of(r) for r in records], names)
     report = progress or (lambda fraction, what: None)
     pairs = matched(given, channels)
@@ -120,12 +121,6 @@ def compare(
         level=level,
         confidence=confidence,
     )
-
-
-def _refuse_no_share(**values: float) -> None:
-    for name, value in values.items():
-        if not (isinstance(value, (int, float)) and 0 < value < 1):
-            raise InputError(f"{name} must lie between 0 and 1, not {value!r}")
 
 
 def _named(records: Sequence[Record], names: Sequence[str] | None) -> list[Record]:

@@ -23,6 +23,7 @@ from allanite.noise.allan.matrix import AllanMatrix, allan_matrix
 from allanite.noise.allan.statistics import phase_of, rounding_variance
 from allanite.plain_files.counted import listed
 from allanite.quantities.distributions import normal_quantile
+from allanite.quantities.probabilities import require_probabilities
 from allanite.recording.channel_names import for_shell
 from allanite.recording.records import Recording, merge_spans
 from allanite.stability.shared_noise.agreement import delay_of, same_to_all, shared_sign
@@ -88,8 +89,7 @@ def separate_noise(
     the same in all (three sensors: tested), and that own parts are independent of each other and of it, which no data
     can tell.
     """
-    if not (isinstance(confidence, (int, float)) and 0 < confidence < 1):
-        raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+    require_probabilities(confidence=confidence)
     names = _channels(recording, channels)
     signs = _signs(names, opposite)
     advance = progress or (lambda fraction, what: None)

@@ -23,6 +23,7 @@ from allanite.noise.allan.statistics import Phase, phase_of, rounding_variance
 from allanite.noise.given_models import models_of
 from allanite.plain_files.counted import plural
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
+from allanite.quantities.probabilities import require_probabilities
 from allanite.quantities.quantity import Quantity
 from allanite.recording.clock_channels import without_noise
 from allanite.recording.records import Channel, Recording
@@ -89,9 +90,7 @@ def examine_variation(
     -----
     The phase of one channel is held in memory, that of more than 8 million samples in a temporary file.
     """
-    for word, value in (("confidence", confidence), ("false_alarm", false_alarm)):
-        if not (isinstance(value, (int, float)) and 0 < value < 1):
-            raise InputError(f"{word} must lie between 0 and 1, not {value!r}")
+    require_probabilities(confidence=confidence, false_alarm=false_alarm)
     if windows < FEWEST:
         raise InputError(f"change needs at least {FEWEST} windows, not {windows!r}")
     bearing = [c.name for c in recording.channels if c.kind.noise_bearing]
