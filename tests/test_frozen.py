@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -45,6 +46,14 @@ def test_doors_keep_words_and_numbers() -> None:
 def test_every_result_has_its_golden_files() -> None:
     assert {p.name.split(".")[0] for p in GOLDEN.glob("*.txt")} == {*RESULTS, *OTHERS}
     assert {*NEEDS, *EXACT}.union(*NEEDS.values()) <= {*RESULTS}
+
+
+def test_no_two_results_write_to_one_place() -> None:
+    """The second would be refused, or freeze what is of the first."""
+    written: dict[str, str] = {}
+    for name, commands in RESULTS.items():
+        for place in re.findall(r" (?:--out|--plot|-o) ([\w./-]+)", " ".join(commands)):
+            assert written.setdefault(place, name) == name, place
 
 
 def test_refused_and_repaired_files_are_as_they_were_frozen(

@@ -31,7 +31,7 @@ from allanite.fitting.design import MARKOV, CurveDesign, Times
 from allanite.fitting.nonnegative import nonnegative
 from allanite.lazy_dataclasses import dataclass
 
-__all__ = ["CurveData", "CurveSolution", "advantage", "distance", "sensitivity", "solve"]
+__all__ = ["CurveData", "CurveSolution", "advantage", "distance", "linearized", "sensitivity", "solve"]
 
 Array = NDArray[np.float64]
 
@@ -176,15 +176,25 @@ def advantage(curve: CurveData, rival: CurveSolution, null: CurveSolution) -> fl
     return at_null - null.weight.objective(curve.variance, A @ c)[0]
 
 
-def sensitivity(curve: CurveData, at: CurveSolution) -> Array:
-    """Expected change of the whitened residuals with ln c and, in the last columns, ln T; shape (n_lags, n)."""
+def linearized(curve: CurveData, at: CurveSolution) -> tuple[Array, Array]:
+    """What the whitened curve changes by with each c and, in the last columns, with ln T; and what is left of it.
+
+    Near the solution the whitened residuals are what is left less the changes times the steps. Where the solution is
+    the truth, what is left is standard normal, shape (n_lags,); the changes have the shape (n_lags, n).
+    """
     A = curve.design.columns(at.symbols, at.times)
     mu = A @ at.c
     along = [at.coefficient(s) * curve.design.markov(T)[1] for s, T in zip(MARKOV, at.times, strict=False)]
-    slope = np.concatenate([A * at.c, np.reshape(along, (-1, len(mu))).T], axis=1) / mu[:, None]
+    slope = np.concatenate([A, np.reshape(along, (-1, len(mu))).T], axis=1) / mu[:, None]
     if at.weight is None:
-        return np.full_like(slope, np.nan)
-    return -at.weight.whitened(slope) / 3
+        return np.full_like(slope, np.nan), np.full_like(mu, np.nan)
+    return at.weight.whitened(slope) / 3, at.weight.whitened(np.cbrt(curve.variance / mu) - at.weight.centre)
+
+
+def sensitivity(curve: CurveData, at: CurveSolution) -> Array:
+    """Expected change of the whitened residuals with ln c and, in the last columns, ln T; shape (n_lags, n)."""
+    change = linearized(curve, at)[0]
+    return np.asarray(-change * np.concatenate([at.c, np.ones(change.shape[1] - len(at.c))]))
 
 
 def _start(

@@ -8,9 +8,12 @@ For one parameter every record keeps its other parameters, and
 D_r being the profiles: for normal estimates this is Cochran's chi-square with k - 1 degrees of freedom [1]; a record
 with an upper limit adds what its limit contradicts. For all parameters at once the model is one for all records,
 
-    Q = sum_r [L_r(pooled) - min L_r],                                                                     (2)
+    Q = min over p of  sum_r |z_r - U_r p|^2  -  sum_r min over p_r of |z_r - U_r p_r|^2,                    (2)
 
-with the weights of the pooled model. The laws are those of `null_law`.
+z_r being what the pooled model leaves of the whitened curve of record r, and U_r what the curve changes by with the
+parameters there: their steps, with no coefficient below zero. Straight lines on purpose. The loss of the curved model,
+which a few uncertain long lags bend, is larger by chance than any law of straight ones says: of three parameters by 4 %
+in the mean, and 7 % of equal records were beyond the 95 % point. The laws are those of `null_law`.
 
 References
 ----------
@@ -27,17 +30,16 @@ from numpy.typing import NDArray
 
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.inversion import crossing
-from allanite.fitting.objective import CurveSolution, distance
+from allanite.fitting.objective import CurveSolution, linearized
 from allanite.lazy_dataclasses import dataclass
 from allanite.stability.record_comparison.evidence import Evidence
-from allanite.stability.record_comparison.null_law import Directions, ScaledChiSquare, law_of_equality
+from allanite.stability.record_comparison.null_law import Directions, Equality, ScaledChiSquare
 from allanite.stability.record_comparison.pooled import JointDesign, seen_by
 from allanite.stability.record_comparison.profiles import Chords, Profile
 
 __all__ = [
     "detectable",
-    "joint_law",
-    "joint_loss",
+    "joint_equality",
     "least",
     "level_set",
     "parameter_law",
@@ -219,7 +221,7 @@ def parameter_law(evidence: Sequence[Evidence], symbol: str) -> ScaledChiSquare:
         )
     if len(records) < 2:
         return ScaledChiSquare(dof=0.0)
-    law = law_of_equality(records, [math.inf])
+    law = Equality.of(records, [math.inf]).law()
     plain = ScaledChiSquare(dof=len(records) - 1.0)
     return ScaledChiSquare(dof=plain.dof, scale=max(law.quantile(1 - _TEST) / plain.quantile(1 - _TEST), 1.0))
 
@@ -236,24 +238,15 @@ def _table(columns: Sequence[Array], n: int) -> Array:
     return np.stack(columns, axis=1) if columns else np.zeros((n, 0))
 
 
-def joint_loss(design: JointDesign, pooled: CurveSolution, evidence: Sequence[Evidence]) -> Array:
-    """Loss of each record under the pooled model (eq. 2), shape (n_records,)."""
-    losses = []
-    for i, e in enumerate(evidence):
-        null = seen_by(design, i, pooled)
-        losses.append(max(distance(e.series.fit.data, null, e.best.times), 0.0))
-    return np.array(losses)
-
-
-def joint_law(design: JointDesign, pooled: CurveSolution, evidence: Sequence[Evidence]) -> ScaledChiSquare:
-    """The law of the sum of `joint_loss`."""
-    names = [s for s in pooled.symbols if all(s in e.columns for e in evidence)]
-    timed = "T" in evidence[0].columns and all("T" in e.columns for e in evidence)
-    records = []
-    for i, e in enumerate(evidence):
-        columns = [e.columns[s] * design.factor(i, s) for s in names]
-        columns += [e.columns["T"]] if timed else []
-        n = len(e.series.fit.data.variance)
-        records.append(Directions(shared=_table(columns, n), alone=np.zeros((n, 0)), floor=np.zeros(0)))
-    floor = [pooled.coefficient(s) for s in names] + ([math.inf] if timed else [])
-    return law_of_equality(records, floor)
+def joint_equality(design: JointDesign, pooled: CurveSolution) -> tuple[float, ScaledChiSquare]:
+    """Loss of one model for all records (eq. 2), and its law."""
+    timed = len(pooled.times)
+    records, residuals = [], []
+    for i, series in enumerate(design.series):
+        data, null = series.fit.data, seen_by(design, i, pooled)
+        change, z = linearized(data, null)
+        factors = [design.factor(i, s) for s in pooled.symbols] + [1.0] * timed
+        records.append(Directions.of_shared(change * np.array(factors)))
+        residuals.append(z)
+    equality = Equality.of(records, [*pooled.c.tolist(), *[math.inf] * timed])
+    return equality.loss(residuals), equality.law()

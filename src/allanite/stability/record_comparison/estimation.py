@@ -17,7 +17,7 @@ from allanite.quantities.display_units import si_unit
 from allanite.quantities.probabilities import require_probabilities
 from allanite.stability.record_comparison.bias import bias_profiles
 from allanite.stability.record_comparison.curves import compared, holm, ratios
-from allanite.stability.record_comparison.equality import joint_law, joint_loss
+from allanite.stability.record_comparison.equality import joint_equality
 from allanite.stability.record_comparison.evidence import Evidence, evidence_of
 from allanite.stability.record_comparison.parameters import bias_comparison, parameter_comparison
 from allanite.stability.record_comparison.pooled import model_of, pooled_fit
@@ -168,9 +168,8 @@ def _channel(
     family, families = _family(series)
     design, pooled = pooled_fit(series, FLICKER if family == "flicker" else GAUSS_MARKOV)
     evidence = list(pool.map(lambda s: evidence_of(s, pooled.symbols, confidence), series))
-    losses = joint_loss(design, pooled, evidence)
-    law = joint_law(design, pooled, evidence)
-    joint_p = law.tail(float(losses.sum()))
+    loss, law = joint_equality(design, pooled)
+    joint_p = law.tail(loss)
     curves = compared(ratios(design, pooled))
     p = min(2 * min(joint_p, curves.p), 1.0)
     shared = model_of(series[0], pooled)
@@ -191,7 +190,7 @@ def _channel(
         lag_p=curves.lag_p,
         lag_p_adjusted=curves.lag_p_adjusted,
         curve=_equality(curves.statistic, curves.dof, curves.p),
-        joint=_equality(float(losses.sum()), law.dof, joint_p),
+        joint=_equality(loss, law.dof, joint_p),
         p=p,
         outlier=_outlier(records, [r[2] for r in curves.records], curves.rest),
         parameters=_parameters(evidence, confidence),

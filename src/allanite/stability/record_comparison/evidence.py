@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.families import Family
 from allanite.fitting.inversion import CERTAIN
-from allanite.fitting.objective import CurveData, CurveSolution, distance, sensitivity
+from allanite.fitting.objective import CurveData, CurveSolution, distance, linearized
 from allanite.fitting.sets import critical_value, fisher_sd
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import SIGMA_PER_B
@@ -168,9 +168,8 @@ class _Tracer:
 def _columns(data: CurveData, at: CurveSolution, present: frozenset[str]) -> dict[str, Array]:
     if at.weight is None:
         return {}
-    A = data.design.columns(at.symbols, at.times)
-    whitened = at.weight.whitened(A / (A @ at.c)[:, None]) / 3
-    columns = {s: whitened[:, i] for i, s in enumerate(at.symbols)}
+    change = linearized(data, at)[0]
+    columns = {s: change[:, i] for i, s in enumerate(at.symbols)}
     if at.T is not None and "G" in present:
-        columns["T"] = -sensitivity(data, at)[:, -1]
+        columns["T"] = change[:, -1]
     return columns

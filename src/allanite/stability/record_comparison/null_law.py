@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
 
-__all__ = ["Directions", "ScaledChiSquare", "law_of_equality"]
+__all__ = ["Directions", "Equality", "ScaledChiSquare"]
 
 Array = NDArray[np.float64]
 
@@ -68,60 +68,111 @@ class Directions:
     alone: Array
     floor: Array
 
+    @classmethod
+    def of_shared(cls, shared: Array) -> Directions:
+        """Of a record without parameters of its own."""
+        return cls(shared=shared, alone=np.zeros((len(shared), 0)), floor=np.zeros(0))
 
-def law_of_equality(records: Sequence[Directions], floor: Sequence[float]) -> ScaledChiSquare:
-    """The law of the loss of making the shared parameters equal.
 
-    Parameters
+@dataclass(frozen=True, slots=True)
+class Equality:
+    """The loss of making the shared parameters equal: of whitened curves, and of chance.
+
+    Attributes
     ----------
-    records : sequence of Directions
-    floor : sequence of float, length n_shared
-        How far below its true value each shared parameter may go (to zero); infinite: as far as it likes.
+    records : tuple of _Reduced
+    bounded : ndarray of bool, shape (n_shared,)
+        Shared parameters that may come so near to zero that it counts.
+    offset : ndarray, shape (n_shared,)
+        How far those are from zero.
     """
-    reduced = [_reduced(r) for r in records]
-    shared = [s for s, _, _ in reduced]
-    bounded = _bounded(shared, np.asarray(floor, dtype=np.float64))
-    rank = sum(_rank(s) for s in shared) - _rank(np.concatenate(shared))
-    if not bounded.any() and all(directions.shape[1] == 0 for _, directions, _ in reduced):
-        return ScaledChiSquare(dof=float(rank))
-    rng = np.random.default_rng(952)
-    offset = np.where(bounded, floor, 0.0)
-    n = shared[0].shape[1]
-    y = [
-        rng.standard_normal((_DRAWS, len(s))) + s @ offset + directions @ away
-        for s, directions, away in reduced
-    ]
-    apart = [
-        _Cone(np.concatenate([s, directions], axis=1), n, bounded)(point)
-        for (s, directions, _), point in zip(reduced, y, strict=True)
-    ]
-    if n == 1 and not bounded.any():
-        together = _with_one_shared([(s[:, 0], directions) for s, directions, _ in reduced], y)
-    else:
-        stacked = _stacked(shared, [directions for _, directions, _ in reduced])
-        together = _Cone(stacked, n, bounded)(np.concatenate(y, axis=1))
-    draws = together - np.sum(apart, axis=0)
-    mean = float(draws.mean())
-    if mean < 1e-9:
-        return ScaledChiSquare(dof=0.0)
-    return ScaledChiSquare(
-        dof=mean, scale=float(np.quantile(draws, _LEVEL)) / chi_square_quantile(_LEVEL, mean)
-    )
+
+    records: tuple[_Reduced, ...]
+    bounded: NDArray[np.bool_]
+    offset: Array
+
+    @classmethod
+    def of(cls, records: Sequence[Directions], floor: Sequence[float]) -> Equality:
+        """From the directions of each record.
+
+        Parameters
+        ----------
+        records : sequence of Directions
+        floor : sequence of float, length n_shared
+            How far below its true value each shared parameter may go (to zero); infinite: as far as it likes.
+        """
+        reduced = tuple(_Reduced.of(r) for r in records)
+        bounded = _bounded([r.shared for r in reduced], np.asarray(floor, dtype=np.float64))
+        return cls(reduced, bounded, np.where(bounded, floor, 0.0))
+
+    def loss(self, residuals: Sequence[Array]) -> float:
+        """Of the whitened residuals of each record, shape (n_lags,), from the curve at the true values."""
+        points = [(z @ r.basis)[None] for z, r in zip(residuals, self.records, strict=True)]
+        return max(float(self._losses(points)[0]), 0.0)
+
+    def law(self) -> ScaledChiSquare:
+        """Of the loss where the residuals are nothing but noise."""
+        shared = [r.shared for r in self.records]
+        if not self.bounded.any() and all(r.alone.shape[1] == 0 for r in self.records):
+            rank = sum(_rank(s) for s in shared) - _rank(np.concatenate(shared))
+            return ScaledChiSquare(dof=float(rank))
+        rng = np.random.default_rng(952)
+        draws = self._losses([rng.standard_normal((_DRAWS, len(s))) for s in shared])
+        mean = float(draws.mean())
+        if mean < 1e-9:
+            return ScaledChiSquare(dof=0.0)
+        return ScaledChiSquare(
+            dof=mean, scale=float(np.quantile(draws, _LEVEL)) / chi_square_quantile(_LEVEL, mean)
+        )
+
+    def _losses(self, points: Sequence[Array]) -> Array:
+        """Of points of each record in its coordinates, shape (n_points, n)."""
+        n = len(self.bounded)
+        y = [p + r.shared @ self.offset + r.away for p, r in zip(points, self.records, strict=True)]
+        apart = [
+            _Cone(np.concatenate([r.shared, r.alone], axis=1), n, self.bounded)(point)
+            for r, point in zip(self.records, y, strict=True)
+        ]
+        if n == 1 and not self.bounded.any():
+            together = _with_one_shared([(r.shared[:, 0], r.alone) for r in self.records], y)
+        else:
+            stacked = _stacked([r.shared for r in self.records], [r.alone for r in self.records])
+            together = _Cone(stacked, n, self.bounded)(np.concatenate(y, axis=1))
+        return np.asarray(together - np.sum(apart, axis=0))
 
 
-def _reduced(record: Directions) -> tuple[Array, Array, Array]:
-    """Shared and bounded own directions and their floors, without what the free ones explain, in few coordinates."""
-    n = record.shared.shape[1]
-    near = _near(record)
-    columns = np.concatenate([record.shared, record.alone[:, near]], axis=1)
-    if not near.all():
-        q = np.linalg.qr(_unit(record.alone[:, ~near]))[0]
-        columns = columns - q @ (q.T @ columns)
-    r: Array = np.asarray(np.linalg.qr(columns, mode="r"), dtype=np.float64)
-    bounded, floor = r[:, n:], record.floor[near]
-    norms = np.linalg.norm(bounded, axis=0)
-    kept = norms > 1e-9 * np.linalg.norm(record.alone[:, near], axis=0)
-    return r[:, :n], bounded[:, kept] / norms[kept], floor[kept] * norms[kept]
+@dataclass(frozen=True, slots=True)
+class _Reduced:
+    """Directions without what the free own ones explain, in few coordinates.
+
+    Attributes
+    ----------
+    basis : ndarray, shape (n_lags, n)
+    shared, alone : ndarray, shape (n, n_shared) and (n, n_own)
+        Of the own directions those whose border is within reach, of unit length.
+    away : ndarray, shape (n,)
+        How far the truth is from the borders of the own ones.
+    """
+
+    basis: Array
+    shared: Array
+    alone: Array
+    away: Array
+
+    @classmethod
+    def of(cls, record: Directions) -> _Reduced:
+        n = record.shared.shape[1]
+        near = _near(record)
+        columns = np.concatenate([record.shared, record.alone[:, near]], axis=1)
+        if not near.all():
+            q = np.linalg.qr(_unit(record.alone[:, ~near]))[0]
+            columns = columns - q @ (q.T @ columns)
+        basis, r = np.linalg.qr(columns)
+        bounded = r[:, n:]
+        norms = np.linalg.norm(bounded, axis=0)
+        kept = norms > 1e-9 * np.linalg.norm(record.alone[:, near], axis=0)
+        away = bounded[:, kept] @ record.floor[near][kept]
+        return cls(basis, r[:, :n], bounded[:, kept] / norms[kept], away)
 
 
 def _near(record: Directions) -> NDArray[np.bool_]:

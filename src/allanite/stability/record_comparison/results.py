@@ -211,7 +211,7 @@ class ChannelComparison(Result):
     curve : Equality
         Of all lags together.
     joint : Equality
-        Of all parameters together. Equal noise is below 0.05 in 7 % of simulated comparisons: the verdict takes `p`.
+        Of all parameters together.
     p : float
         Of the channel: of these two, adjusted for their number.
     outlier : Outlier or None
