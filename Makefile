@@ -17,7 +17,7 @@ BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.in kernels/*.
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test verify fuzz frozen faults coverage bench docs site links lint kernels-test firmware dist release-check workflows-check dev-build clean prerequisites
+.PHONY: help demo test test-long verify fuzz frozen faults coverage bench docs site links lint kernels-test firmware dist release-check workflows-check dev-build clean prerequisites
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-15s %s\n", $$1, $$2}' Makefile
@@ -25,8 +25,11 @@ help: ## list the targets
 demo: $(VENV)/.run ## the seed experiment on a simulated twin: a week at rest, four takes, thirteen figures, demo/report.html
 	$(BIN)/allanite demo --seed-paper --out demo --force
 
-test: $(VENV)/.dev ## run the tests (a few minutes)
-	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -q
+test: $(VENV)/.dev ## run the tests, without the long ones (some minutes)
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -q -m "not long"
+
+test-long: $(VENV)/.dev ## the tests marked "long": many simulated records, killed runs, sanitizers (some minutes)
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -q -m long
 
 verify: $(VENV)/.dev ## long statistical runs (a day on two cores; what is done is kept); results go to verification/results
 	$(BIN)/python -m verification

@@ -400,6 +400,7 @@ def test_stub_is_fresh(tmp_path: Path) -> None:
     assert fresh.read_text() == committed.read_text(), "write it anew: " + " ".join(command[1:])
 
 
+@pytest.mark.long
 def test_cpp_program_under_sanitizers(tmp_path: Path) -> None:
     if not (shutil.which("make") and shutil.which("g++")):
         pytest.skip("needs make and g++")
@@ -413,6 +414,7 @@ def test_cpp_program_under_sanitizers(tmp_path: Path) -> None:
     assert "0 failed" in done.stdout
 
 
+@pytest.mark.long
 def test_headers_are_firmware_safe(tmp_path: Path) -> None:
     if not (shutil.which("make") and shutil.which("arm-none-eabi-g++")):
         pytest.skip("needs make and arm-none-eabi-g++ (Debian: gcc-arm-none-eabi)")

@@ -73,6 +73,16 @@ def _likelihood_coverage(order: Order) -> None:
     write_report("likelihood_coverage", title, rows, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _default_fits(order: Order) -> None:
+    from verification.default_fits import run_default_fits
+    from verification.tables import write_tables
+
+    rows = run_default_fits(ROOT_SEED, _say, order.count(400), order.workers, order.cache)
+    parts = {"Errors over the bound, and coverage of the 95 % sets by samples": rows}
+    title = "Fits that are given nothing"
+    write_tables("default_fits", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
 def _earth(order: Order) -> None:
     from verification.earth_rate import run_faults, run_takes, run_warm_up
     from verification.earth_report import write_earth
@@ -566,6 +576,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "selection": _selection,
     "likelihood": _likelihood,
     "likelihood-coverage": _likelihood_coverage,
+    "default-fits": _default_fits,
     "overbound": _overbound,
     "battery": _battery,
     "statistics": _statistics,

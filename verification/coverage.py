@@ -21,7 +21,7 @@ from verification.scenarios import HARDER, SCENARIOS, Scenario
 from verification.short_chain import FROM, short_chain
 from verification.spread import spread
 
-__all__ = ["evaluate", "run"]
+__all__ = ["evaluate", "printed", "printed_set", "relative_rms", "run"]
 
 Json = dict[str, Any]
 ROOT_SEED = 20261121
@@ -33,17 +33,19 @@ def one(method: str, name: str, index: int) -> Json:
     number = (*SCENARIOS, *HARDER).index(chosen)
     seed = int(np.random.SeedSequence([ROOT_SEED, number, index]).generate_state(1, np.uint64)[0])
     model = _by_likelihood(chosen, seed) if method == "likelihood" else _by_moments(chosen, seed)
-    return {
-        "index": index,
-        "printed": [
-            {
-                "family": m.family,
-                "p": m.goodness["p"],
-                "estimates": {e.symbol: [e.value, e.lower, e.upper, e.supported] for e in m.estimates},
-            }
-            for m in model.families
-        ],
-    }
+    return {"index": index, "printed": printed(model)}
+
+
+def printed(model: NoiseModel) -> list[Json]:
+    """What a fit prints: its families, the first one first, with the sets of their parameters."""
+    return [
+        {
+            "family": m.family,
+            "p": m.goodness["p"],
+            "estimates": {e.symbol: [e.value, e.lower, e.upper, e.supported] for e in m.estimates},
+        }
+        for m in model.families
+    ]
 
 
 def _named(name: str) -> Scenario:
@@ -78,7 +80,7 @@ def evaluate(scenario: Scenario, results: list[Json]) -> Json:
     truth, bounds = scenario.truth(), scenario.bounds()
     rows = []
     for symbol, value in truth.items():
-        sets = [_estimate(r, scenario.family, symbol) for r in results]
+        sets = [printed_set(r["printed"], symbol) for r in results]
         covered = [e is not None and e[1] <= value <= (math.inf if e[2] is None else e[2]) for e in sets]
         weak = value == 0 or 3 * bounds.get(symbol, math.inf) > 1
         share = float(np.mean(covered))
@@ -93,7 +95,7 @@ def evaluate(scenario: Scenario, results: list[Json]) -> Json:
                 **gate.columns(),
                 "passes": gate.holds(share),
                 "supported": float(np.mean([e is not None and e[3] for e in sets])),
-                "rms": _rms(sets, value),
+                "rms": relative_rms(sets, value),
             }
         )
     return {
@@ -109,14 +111,12 @@ def evaluate(scenario: Scenario, results: list[Json]) -> Json:
     }
 
 
-def _estimate(result: Json, family: str, symbol: str) -> list[Any] | None:
-    """The printed set of a parameter: that of the true family where it is printed, else of the first."""
-    models = {m["family"]: m for m in result["printed"]}
-    chosen = models.get(family, result["printed"][0])
-    return chosen["estimates"].get(symbol)  # type: ignore[no-any-return]
+def printed_set(families: list[Json], symbol: str) -> list[Any] | None:
+    """The set of a parameter in what was printed: of the first family that has it, whichever is the true one."""
+    return next((m["estimates"][symbol] for m in families if symbol in m["estimates"]), None)
 
 
-def _rms(sets: list[list[Any] | None], truth: float) -> float | None:
+def relative_rms(sets: list[list[Any] | None], truth: float) -> float | None:
     """Relative root-mean-square error on a linear scale; an unsupported parameter counts as zero."""
     if truth == 0:
         return None

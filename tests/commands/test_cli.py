@@ -231,6 +231,7 @@ def test_si_units_and_nothing_but_the_files_when_asked(run: Run, folder: Path, t
     assert quiet.startswith("wrote ") and len(quiet.splitlines()) == 1
 
 
+@pytest.mark.long
 def test_six_axes_fit_a_screen_and_details_unfold_what_was_found(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
 ) -> None:

@@ -16,6 +16,7 @@ from allanite.commands.cli import cli
 HEADS = ("time [s],gx [deg/s],gy [deg/s]", "time [s],gx,gy", "time [s],gx [deg/s],gy")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("order", [(0, 1), (0, 2), (1, 0, 1)])
 def test_the_units_that_are_asked_for_run(
     tmp_path: Path, order: tuple[int, ...], monkeypatch: pytest.MonkeyPatch

@@ -36,6 +36,7 @@ def bucket(monkeypatch) -> Iterator[object]:
     server.stop()
 
 
+@pytest.mark.long
 def test_logs_in_s3_give_the_table_of_the_same_files(tmp_path, monkeypatch, bucket):
     monkeypatch.chdir(tmp_path)
     files = write_fleet(tmp_path / "logs", 2)

@@ -78,6 +78,7 @@ def crew(scheduler) -> Iterator[Crew]:
     workers.end()
 
 
+@pytest.mark.long
 def test_a_worker_that_is_killed_and_one_that_comes_late(tmp_path, monkeypatch, crew):
     monkeypatch.chdir(tmp_path)
     write_fleet(tmp_path / "logs", LOGS)

@@ -79,6 +79,7 @@ def test_a_run_that_is_killed_three_times_ends_with_the_same_table(tmp_path, und
     assert hidden == [] and list((tmp_path / "fleet" / ".fleet" / "parts").iterdir()) == []
 
 
+@pytest.mark.long
 def test_ctrl_c_keeps_what_is_done_and_leaves_no_process(tmp_path, undisturbed):
     write_fleet(tmp_path / "logs", LOGS)
     run = started(tmp_path)

@@ -109,6 +109,7 @@ def test_a_failed_log_is_a_loss(tmp_path: Path, run: Run) -> None:
     assert done.code == 3 and "No unit stands out." in done.out
 
 
+@pytest.mark.long
 def test_the_page_has_every_part_and_figures(population: FleetPopulation, document: Reportable) -> None:
     page = view_of(document)
     assert [s.id for s in page.sections] == ["verdict", "effects", "lots", "pictures", "method", "provenance"]
@@ -132,6 +133,7 @@ def test_the_page_has_every_part_and_figures(population: FleetPopulation, docume
         sheet_of(population, view="none")
 
 
+@pytest.mark.long
 def test_a_data_sheet_is_a_limit_of_the_units(
     fleet: Path, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -154,6 +156,7 @@ def test_a_data_sheet_is_a_limit_of_the_units(
         measure("fleet report", fleet, sheet=sheet)
 
 
+@pytest.mark.long
 def test_coefficients_that_vary_together_are_a_table_and_a_figure(tmp_path: Path, run: Run) -> None:
     first = fleet_table(symbols=("N",), lots=1)
     second = first.set_column(
@@ -173,6 +176,7 @@ def test_coefficients_that_vary_together_are_a_table_and_a_figure(tmp_path: Path
     assert row["second"] == "N of gyro_y" and row["left_out"] == "0"
 
 
+@pytest.mark.long
 def test_a_unit_that_changes_over_its_repeats_is_named(tmp_path: Path, run: Run) -> None:
     rows = fleet_table(symbols=("N",), lots=1, repeats=4).to_pylist()
     for row in rows:

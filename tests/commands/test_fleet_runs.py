@@ -48,6 +48,7 @@ def made(tmp_path_factory):
     return folder, run, steps
 
 
+@pytest.mark.long
 def test_the_table_has_the_columns_that_are_declared(made):
     folder, run, _ = made
     schema = pq.read_table(folder / run.path).schema
@@ -270,6 +271,7 @@ def test_a_log_that_no_worker_brings_to_an_end_is_a_row_and_is_tried_by_the_next
 # -- logs that fail -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_log_that_fails_hangs_swells_or_crashes_is_one_row(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     good = write_fleet(tmp_path / "logs", 1)[0]
@@ -288,6 +290,7 @@ def test_a_log_that_fails_hangs_swells_or_crashes_is_one_row(tmp_path, monkeypat
     assert errors_of_logs_are_not_tried_again.logs == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("limits", "message"),
     [
@@ -453,6 +456,7 @@ def test_metadata_by_log_and_by_unit(tmp_path):
 # -- the command --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_the_command_says_what_it_did(tmp_path, run, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_fleet(tmp_path / "logs", 2)

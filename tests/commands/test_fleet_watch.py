@@ -23,6 +23,7 @@ def fleet(tmp_path, monkeypatch):
     return tmp_path, tmp_path / run.path
 
 
+@pytest.mark.long
 def test_one_look_takes_what_is_there(fleet, run):
     folder, table = fleet
     write_log(folder / "logs" / "b.csv", seed=2)
@@ -34,6 +35,7 @@ def test_one_look_takes_what_is_there(fleet, run):
     assert set(column(table, "log")) == {"logs/a.csv", "logs/b.csv"}
 
 
+@pytest.mark.long
 def test_a_log_that_grows_waits(fleet, monkeypatch):
     folder, table = fleet
     looks = []

@@ -250,6 +250,7 @@ def band(page: Any, plot: Any) -> tuple[float, float]:
 # -- from a log to what one takes away ------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_from_a_dropped_log_to_imu_yaml_in_two_clicks(
     page: Any, served: tuple[str, Path], tmp_path: Path
 ) -> None:
@@ -727,6 +728,7 @@ def test_every_view_is_operated_by_keyboard_and_passes_axe_in_light_and_dark(pag
         pytest.skip("axe is not installed: pip install axe-playwright-python; all else was checked")
 
 
+@pytest.mark.long
 def test_w11_nothing_but_this_machine_can_be_asked(page: Any, window: Any) -> None:
     """That nobody tried is looked at in every test: the window by `page`, the server by `served`."""
     policy = page.evaluate("fetch('/').then((r) => r.headers.get('content-security-policy'))")

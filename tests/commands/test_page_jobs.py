@@ -204,6 +204,7 @@ BLOCKS = re.findall(
 )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", list(_REQUESTS))
 def test_other_kinds_are_the_same_by_command_and_python(
     browser: Browser, kind: str, run: Run, monkeypatch: pytest.MonkeyPatch

@@ -278,6 +278,7 @@ def test_e8_no_rotation_is_no_north() -> None:
     assert math.isnan(found.heading)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "slow",
     [GaussMarkov.from_sigma(0.03 * DEG_H, 60.0), RandomWalk(K=0.1 * DEG_H / 60), Flicker(B=0.03 * DEG_H)],

@@ -297,6 +297,7 @@ def campaign(path: Path, noises: dict[str, NoiseModel], runs: int, *, given: boo
     return np.array(errors), np.array(covered), estimates
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["white", "slow"])
 def test_intervals_cover_and_predictions_hold(kind: str) -> None:
     """21 parameters of 20 twins, some 200 independent numbers: 0.95 and the ratio 1 within 3 sd."""
@@ -327,6 +328,7 @@ def test_intervals_cover_and_predictions_hold(kind: str) -> None:
     assert sum(bool(e.outliers) for e in estimates) <= 1
 
 
+@pytest.mark.long
 def test_intervals_cover_without_a_model_too() -> None:
     """Flicker and random walk that no span shows by itself: found in the scatter from span to span."""
     path = Path(attitudes(18, seed=3), dwell=3.0, turn=1.5, latitude=LATITUDE)
@@ -518,6 +520,7 @@ def test_positions_beyond_a_gap_get_their_heading_from_the_earth() -> None:
     assert np.abs(turned - where[0].T @ where[12]).max() < 0.03
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("order", "sign", "said"),
     [

@@ -196,6 +196,7 @@ def test_doubling_is_the_matrix_exponential(rng: np.random.Generator) -> None:
 # -- simulated units ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name",
     [
@@ -450,6 +451,7 @@ MEMS = {
 DAY = 86400.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("duration", [60.0, DAY, 3 * DAY, 30 * DAY])
 @pytest.mark.parametrize("held", [False, True])
 @pytest.mark.parametrize("models", [NAVIGATION_GRADE, MEMS], ids=["navigation", "mems"])

@@ -166,6 +166,7 @@ def test_blocks_cost_less_than_a_thousandth_of_the_standard_deviation() -> None:
 # -- calibrated -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("flicker", [False, True], ids=["gauss-markov", "flicker"])
 def test_interval_covers_and_no_check_cries_wolf(flicker: bool) -> None:
     """20 takes of 12 min (1000: verification). Bounds: 99.99 % of the binomial and chi-square laws."""
@@ -232,6 +233,7 @@ def test_a_rotation_that_settles_is_named_and_can_be_fitted() -> None:
     assert fitted.sd > e.sd / e.inflation  # what else is fitted costs
 
 
+@pytest.mark.long
 def test_a_settling_of_10_to_30_s_that_leads_astray_is_named() -> None:
     """In at least 9 of 10 takes of any dwell, noise and amplitude whose interval excludes the truth."""
     astray = named = 0

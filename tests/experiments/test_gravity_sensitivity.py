@@ -143,6 +143,7 @@ def test_a_rotation_modulates_what_follows_gravity(calibration: Calibration) -> 
     assert naive.verdict != "resolved" or not naive.first.interval.contains(70 * DEG)
 
 
+@pytest.mark.long
 def test_a_rotation_is_as_sure_as_the_sensitivity() -> None:
     """What its covariance adds to the variance of the heading is what small errors of it do to the heading."""
     motion = UnitMotion.rotation(6 * DEG, 150.0, tilt=(30 * DEG, 0.0), heading=70 * DEG)

@@ -177,6 +177,7 @@ def test_samples_are_shared_by_turns_that_follow_each_other_alone(monkeypatch: p
 # -- what comes out -----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_records_of_one_unit_agree_within_their_intervals() -> None:
     """Chi-square about the mean and coverage of the truth, each at 99.9 % for all parameters together.
 
@@ -214,6 +215,7 @@ def test_a_direction_that_no_rest_covers_is_not_resolved() -> None:
     assert found["accelerometer.bias_x"].status == "estimated"
 
 
+@pytest.mark.long
 def test_few_rests_give_intervals_that_are_numbers_and_hold() -> None:
     """Ten rests hardly tell how far they scatter: Student's law then has next to no degrees of freedom.
 
@@ -292,6 +294,7 @@ def assert_same(before: CalibrationEstimate, after: CalibrationEstimate) -> None
         assert np.abs(np.diff(numbers, axis=0)).max() < 1e-6 * (p.interval[1] - p.interval[0]), p.name
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("hand", "seed"), DISTURBED)
 def test_rounding_decides_nothing(hand: Hand, seed: int) -> None:
     record = held_record(seed, hand).recording
@@ -324,6 +327,7 @@ def test_columns_that_depend_on_each_other_take_no_contrast_away() -> None:
     np.testing.assert_allclose(together.basis @ several, 0, atol=1e-13)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("avoided", [(0.0, 0.0, 1.0), (-1.0, 1.0, 0.0), (1.0, 1.0, 1.0)])
 def test_no_position_is_asked_for_that_is_there(avoided: tuple[float, float, float]) -> None:
     for seed in (1, 8):

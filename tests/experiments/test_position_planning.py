@@ -136,6 +136,7 @@ def test_white_noise_of_faces_is_that_of_six_means() -> None:
 # -- plans ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_plan_reaches_its_goals_and_no_sooner_than_it_says(found: PositionPlan) -> None:
     assert found.reached
     assert found.worst is not None
@@ -316,6 +317,7 @@ def test_units_of_people() -> None:
     assert {parameter_unit(n)[0] for n in parameter_names("gyro")} == {"deg/h", "ppm", "mrad"}
 
 
+@pytest.mark.long
 def test_the_command(run: Run, tmp_path: Path) -> None:
     goal = "accelerometer.bias=1mg,accelerometer.scale=0.1%,gyro.scale=500ppm,gyro.bias=30deg/h"
     goal += ",gyro.misalignment_xy=1mrad"

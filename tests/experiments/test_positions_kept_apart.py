@@ -361,6 +361,7 @@ def test_the_time_between_files_is_nothing_missing(run: Run, tmp_path: Path, los
 # -- each log its own units ---------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_each_of_several_logs_has_its_own_units(run: Run, tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     force = rng.standard_normal((2000, 1)) * 1e-3

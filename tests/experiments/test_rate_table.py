@@ -213,6 +213,7 @@ def test_a_table_that_counts_the_other_way_round_turns_odd_signs() -> None:
 TWINS = 20
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["steps", "sweep", "sinusoid"])
 def test_intervals_hold_the_truth(kind: str) -> None:
     """Sum of squares of errors over stated sd inside its 99.9 % bounds; 1000 twins each are in `make verify`."""

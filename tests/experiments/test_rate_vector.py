@@ -133,6 +133,7 @@ def test_a_noise_model_that_the_record_contradicts_does_not_narrow_the_interval(
 # -- disturbances -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["sways", "sways and turns"])
 def test_the_interval_holds_the_earth_in_disturbed_records(
     kind: str, vehicle: Callable[..., tuple[Recording, dict[str, float]]]

@@ -299,6 +299,7 @@ def test_whitened_parity_is_white_and_of_variance_one(walks: tuple[int, ...], co
     assert np.abs(constants).max() < 1e-9 / N
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("n", "directions", "model"),
     [(4, True, WHITE), (3, False, NoiseModel.of(White(N=N), RandomWalk(K=3e-4), Flicker(B=2e-4)))],
@@ -351,6 +352,7 @@ def faulty(kind: str, sensor: int, seed: int = 5, n: int = 5, samples: int = 20_
     return y
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("kind", "sensor"), [("step", 0), ("spell", 3), ("drift", 0), ("spike", 3), ("noise", 0), ("stuck", 3)]
 )
@@ -375,6 +377,7 @@ def test_a_fault_is_found_and_its_sensor_named(kind: str, sensor: int) -> None:
         assert fault.size == pytest.approx(math.sqrt(10.0), rel=0.3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_a_step_that_ends_is_neither_noise_nor_kept_out_longer_than_it_lasts(seed: int) -> None:
     """Along one axis or around a cone, from 5 to 150 standard deviations of a window, 20 to 200 windows long."""

@@ -115,6 +115,7 @@ def at(seconds: float) -> int:
 # -- the four takes ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_e_turns_of_random_takes_all_found_and_every_direction_right(number: int) -> None:
     chance = np.random.default_rng(number)

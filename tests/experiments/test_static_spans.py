@@ -142,6 +142,7 @@ def why(found: StaticSpans) -> set[str]:
 # -- recall and precision ------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("case", "logs", "options"),
     [
@@ -217,6 +218,7 @@ def test_e_other_sample_rates(rate: float) -> None:
     assert np.abs(found.times - truth / rate).max() <= 0.3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "kind", ["white", "model", "filtered", "drifting", "counts", "below one count", "gaps"]
 )
@@ -384,6 +386,7 @@ def test_spans_may_be_given_in_seconds_or_in_a_file(tmp_path: Path) -> None:
         read_spans(path, recording)
 
 
+@pytest.mark.long
 def test_memory_is_some_tens_of_bytes_for_a_cell_of_an_axis() -> None:
     """A hundred where all axes of all cells were looked at together: 2.4 GB for a record of 4 million cells."""
     samples = 600_000

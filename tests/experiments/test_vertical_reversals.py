@@ -313,6 +313,7 @@ TAKES: dict[str, tuple[dict[str, Any], list[str]]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", list(TAKES))
 def test_no_output_speaks_of_a_level_axis(name: str, run: Run, tmp_path: Path) -> None:
     made, options = TAKES[name]

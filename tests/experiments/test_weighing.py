@@ -24,6 +24,7 @@ from allanite.experiments.calibration.adjustment.scatter import (
 TRIALS = 800
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rows", "unknowns", "worse"), [(15, 10, 1.0), (20, 10, 2.0)])
 def test_the_covariance_holds_the_error_of_the_weights(rows: int, unknowns: int, worse: float) -> None:
     """Two kinds of observations whose scatters are estimated from what few unknowns leave."""
@@ -49,6 +50,7 @@ def test_the_covariance_holds_the_error_of_the_weights(rows: int, unknowns: int,
     assert float(np.mean(by_weights / squares)) < 1 - band  # what it was before
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scatter", [0.0, 0.6, 2.0])
 def test_intervals_hold_whether_scatter_is_hinted_at_or_not(scatter: float) -> None:
     """Observations of known noise and some scatter: widened where chance hardly makes them scatter so."""

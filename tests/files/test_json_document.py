@@ -31,6 +31,7 @@ def shaped(shape: str, columns: dict[str, list[Any]]) -> Any:
     }[shape]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("block", range(4))
 def test_samples_of_a_document_are_those_that_were_written(tmp_path: Path, block: int) -> None:
     for seed in range(block, CASES, 4):

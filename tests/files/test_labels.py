@@ -30,6 +30,7 @@ def notes(path: Path, **options: Any) -> dict[str, Any]:
     return dict(read(path, **options).notes["text"])
 
 
+@pytest.mark.long
 def test_every_value_goes_to_its_label(tmp_path: Path) -> None:
     """Random labels, separators, delimiters, units, decimal commas; lines in another order, with gaps and damage."""
     for seed in range(40):

@@ -57,6 +57,7 @@ def test_settings_beside_the_first_rows_cost_no_sample(tmp_path: Path, settings:
     assert holds(read(written(tmp_path / "scope.csv", rows)), values)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("names", [("0", "1", "2"), ("3V3", "5V", "12V"), ("1st", "2nd", "3rd")])
 @pytest.mark.parametrize(("mark", "end"), [(": ", ", "), (" = ", ";"), ("=", " "), (": ", "\t")])
 def test_labels_may_begin_with_a_digit(tmp_path: Path, names: tuple[str, ...], mark: str, end: str) -> None:

@@ -28,6 +28,7 @@ def values_of(got: al.Recording) -> NDArray[np.float64]:
     return np.column_stack([got.values(name) for name in got.names])
 
 
+@pytest.mark.long
 def test_every_number_in_brackets_is_read(tmp_path: Path) -> None:
     """Any bracket, any stamp before it: every value in its place, none left out."""
     for seed in range(100):  # a fault of 2.3 % of them is found with 90 %
@@ -72,6 +73,7 @@ def echoed(k: int, values: NDArray[np.float64], ros: int) -> str:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ros", [1, 2])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_an_echoed_topic_is_a_log(tmp_path: Path, ros: int, end: str) -> None:

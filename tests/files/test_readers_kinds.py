@@ -30,6 +30,7 @@ def at_rest(rng: np.random.Generator, count: int) -> list[str]:
 # -- several kinds -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("header", [False, True])
 @pytest.mark.parametrize("kinds", [("IMU", "GPS"), ("GYRO", "ACC"), ("A", "B"), ("RAW", "RAW_2")])
 def test_names_of_channels_tell_their_kind(

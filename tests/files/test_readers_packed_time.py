@@ -59,6 +59,7 @@ CASES: dict[str, tuple[str, Callable[[Moment], str], bool]] = {
 }  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", CASES)
 def test_packed_time_is_time(case: str, tmp_path: Path) -> None:
     """Over the end of a minute, an hour, noon, the hour after it, midnight and a year: no gap, no channel."""

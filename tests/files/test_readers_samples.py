@@ -49,6 +49,7 @@ def parsed_here(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch)
         monkeypatch.setattr(f"allanite.files.readers.{name}.run", inline)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("path", "expected"), CASES)
 def test_sample(path: Path, expected: dict[str, Any]) -> None:
     options = expected.get("options", {})

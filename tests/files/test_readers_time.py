@@ -58,6 +58,7 @@ def in_unit(seconds: NDArray[np.float64], unit: str, whole: bool) -> NDArray[Any
     return np.round(values).astype(np.int64) if whole else values
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("block", range(4))
 def test_the_column_that_is_named_is_time(tmp_path: Path, block: int) -> None:
     """By name, in another case, and by number; in a table with a header, without one, and as rows of a matrix."""
@@ -206,6 +207,7 @@ def test_names_that_are_not_those_of_time(heading: str) -> None:
     assert read_heading(heading).group != "time"
 
 
+@pytest.mark.long
 def test_a_unit_that_is_not_named_is_told_from_the_values_or_asked(tmp_path: Path) -> None:
     """A gyro's log at 1 Hz to 20 kHz: the rate is right, or the question names the option."""
     told = 0
@@ -287,6 +289,7 @@ def test_clocks_that_begin_anew_by_themselves(tmp_path: Path) -> None:
     assert read(path).notes["timebase"]["backward"] == 4
 
 
+@pytest.mark.long
 def test_the_advice_to_cut_a_record_works_as_it_is_written(tmp_path: Path) -> None:
     """A clock that was set once or twice, by hours to decades, forward or back: what is advised gives that part."""
     for seed in CASES:
@@ -312,6 +315,7 @@ def test_the_advice_to_cut_a_record_works_as_it_is_written(tmp_path: Path) -> No
         assert int(advice[3]) == part.n_samples == lengths.max(), seed
 
 
+@pytest.mark.long
 def test_the_advice_on_a_clock_that_was_set_back_gives_rows_of_one_part(tmp_path: Path) -> None:
     """By less than the record, once or twice: what is advised ends the finding, and takes as many rows as it says."""
     advised = 0
@@ -383,6 +387,7 @@ def written(
     return {"blank": [f"{date} {clock}"], "two": [date, clock], "after": [f"{clock} {date}"]}[style]
 
 
+@pytest.mark.long
 def test_dates_in_any_order_are_told_from_the_whole_column_or_asked(tmp_path: Path) -> None:
     """Every stamp, to the millisecond, in each order; what stays open is asked, and the answer gives the right one."""
     asked = 0
@@ -439,6 +444,7 @@ def test_a_day_that_is_told_late_in_the_file_counts(tmp_path: Path) -> None:
         read(path, time="when:mdy")
 
 
+@pytest.mark.long
 def test_rows_of_several_kinds_are_listed_each_with_its_rate(tmp_path: Path) -> None:
     """The kind in any column, with a header or without; seconds or microseconds; kinds of other widths and rates."""
     for seed in CASES[::5]:

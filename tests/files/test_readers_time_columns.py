@@ -208,6 +208,7 @@ def test_periods_that_are_measured_stay_channels(tmp_path: Path) -> None:
         read(path)
 
 
+@pytest.mark.long
 def test_whole_seconds_and_what_is_finer(tmp_path: Path) -> None:
     """Without any names, as a message prints itself; and the Fractional Seconds of a meter beside its clock."""
     for seed in range(100):  # a fault of 2.3 % of them is found with 90 %
@@ -243,6 +244,7 @@ def test_whole_seconds_and_what_is_finer(tmp_path: Path) -> None:
         assert recording.start == pytest.approx(int(whole[0]) * 10**9 + int(part[0]), abs=1_000_000), seed
 
 
+@pytest.mark.long
 def test_a_clock_that_begins_anew_is_time_or_asked_about(tmp_path: Path) -> None:
     """Whatever it is called: "no time column" is said of no log that has one."""
     for seed in range(100):  # a fault of 2.3 % of them is found with 90 %

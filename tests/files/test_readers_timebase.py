@@ -276,6 +276,7 @@ def off_grid(stamps: NDArray[np.float64]) -> bool:
         return True
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("first", range(0, 100, 20))
 def test_samples_whose_errors_of_place_add_up_are_off_the_grid(first: int) -> None:
     """A logger that takes some intervals longer than others: its samples walk away from every even grid."""
@@ -290,6 +291,7 @@ def test_samples_whose_errors_of_place_add_up_are_off_the_grid(first: int) -> No
         assert off_grid(np.cumsum(1.0 + steps) * 10 ** rng.uniform(-3, 1)) or not far, seed
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("first", range(0, 40, 20))
 def test_a_clock_that_drifts_slowly_leaves_its_samples_on_the_grid(first: int) -> None:
     """Half of these clocks leave the grid where a drift is not taken out."""

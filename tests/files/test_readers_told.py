@@ -87,6 +87,7 @@ def verdict(log: Logged) -> str:
     return "said" if base.facts["unplaced"] or contradictory else "wrong"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("logged", "said"), [(coarse, 0.15), (late, 0.2)])
 def test_each_sample_has_its_place_or_the_stamps_are_said_not_to_tell(
     logged: Callable[[int], Logged], said: float

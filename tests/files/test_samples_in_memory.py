@@ -123,6 +123,7 @@ MADE: dict[str, Make] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("make", MADE.values(), ids=MADE)
 def test_samples_are_read_as_a_file_of_them(make: Make, of_file: Recording) -> None:
     made = make()

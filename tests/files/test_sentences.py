@@ -91,6 +91,7 @@ def test_last_field_is_kept_of_an_unknown_unit(tmp_path: Path) -> None:
     np.testing.assert_array_equal(got.values(got.names[-1]), np.arange(9) ** 2 * 0.5)
 
 
+@pytest.mark.long
 def test_every_sound_sentence_is_in_its_place(tmp_path: Path) -> None:
     for seed in range(100):  # a fault of 2.3 % of them is found with 90 %
         rng = np.random.default_rng(seed)

@@ -30,6 +30,7 @@ def table(path: Path, cells: list[str], head: str = "time [s],y", more: str = ""
     return path
 
 
+@pytest.mark.long
 def test_every_number_is_read(tmp_path: Path) -> None:
     for seed in range(100):  # a fault of 2.3 % of them is found with 90 %
         rng = np.random.default_rng(seed)

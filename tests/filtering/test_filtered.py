@@ -207,6 +207,7 @@ def test_result_is_a_recording_again() -> None:
     assert not made.values("gyro").flags.writeable
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("smooth", [False, True])
 def test_memory_is_bounded(smooth: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Long series go to a file, and nothing else grows with the record: 2^16 samples are 0.5 MiB a series.

@@ -98,6 +98,7 @@ def test_c14_white_noise_alone_leaves_upper_limits() -> None:
     assert k is not None and k.upper < math.sqrt(3 * 10) * 1e-4 / longest < 4.7e-3 * 1e-4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("model", "rate", "duration", "symbols"),
     [

@@ -126,6 +126,7 @@ def low_top(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("allanite.fitting.likelihood.pyramid.TOP", 16)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("low_top")
 @pytest.mark.parametrize("sampling", SAMPLINGS)
 @pytest.mark.parametrize("k", range(len(ALL)))
@@ -239,6 +240,7 @@ def operators(pyramid: LikelihoodPyramid, n: int) -> list[tuple[int, Array]]:
     return [*found, (0, M[: modes.low]), *((0, row[None]) for row in M[modes.low :])]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("top", [16, 1024])
 @pytest.mark.parametrize(
     ("components", "c"),

@@ -215,6 +215,7 @@ def test_the_slope_of_a_ramp_has_the_interval_of_a_regression() -> None:
     assert (low, high) == pytest.approx((line.slope - reach, line.slope + reach), rel=2e-3)
 
 
+@pytest.mark.long
 def test_given_terms_all_have_their_sets() -> None:
     model = NoiseModel.of(
         White(N=2e-5), GaussMarkov.from_sigma(1e-4, 3.0), GaussMarkov.from_sigma(1e-4, 150.0)
@@ -271,6 +272,7 @@ def test_the_result_serves_like_that_of_a_curve() -> None:
     assert again == ours
 
 
+@pytest.mark.long
 def test_a_filtered_sensor_leaves_its_shortest_means_out() -> None:
     noise = record(WALK, duration=8000.0, seed=7)
     y = noise.values(noise.names[0])

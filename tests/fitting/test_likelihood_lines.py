@@ -36,6 +36,7 @@ def two_lines() -> Array:
     return x + 0.5 * np.sin(2 * np.pi * 0.003 * k) + 0.5 * np.sin(2 * np.pi * 0.2 * k)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("gaps", [False, True])
 @pytest.mark.parametrize("periods", [4.5, 12.0, 40.0])
 def test_intervals_hold_the_truth_however_few_periods(periods: float, gaps: bool) -> None:
@@ -102,6 +103,7 @@ def test_blocks_of_a_long_record_lose_nothing() -> None:
     assert line.variances[1] == pytest.approx(6 / (np.pi * 0.3) ** 2 / n**3, rel=0.01)
 
 
+@pytest.mark.long
 def test_a_random_walk_leaks_little_into_a_line() -> None:
     """At the density of the walk at the line: errors 1.4 times as large without the polynomials, at most 1.2 with."""
     n, periods, runs = 1000, 15.0, 200
@@ -183,6 +185,7 @@ def test_samples_whose_squares_are_no_numbers() -> None:
         al.fit(rates(np.full(2000, 1e-160)), terms="NK")
 
 
+@pytest.mark.long
 def test_one_term_in_a_short_record() -> None:
     """In a process of its own: without the term nothing is left, and SciPy 1.17 aborts on no columns."""
     code = (

@@ -141,6 +141,7 @@ def test_interval_goes_from_what_is_shown_to_all_limits() -> None:
     assert pair.ratio.upper == pytest.approx(math.sqrt((white + 4 * walk + flicker) / white))
 
 
+@pytest.mark.long
 def test_interval_of_a_record_too_short_for_its_slow_noise() -> None:
     """One model, pairs of records of 200 s: the drift after 1000 s is extrapolated, and the interval says so."""
     truth, held = NoiseModel.of(White(N=2e-5), RandomWalk(K=3.5e-6)), []

@@ -188,6 +188,7 @@ def test_absent_terms_do_not_lower_the_curve_where_others_rule() -> None:
     assert np.all(np.mean(alone < bounded * (1 + 1e-9), axis=0) >= 0.95)
 
 
+@pytest.mark.long
 def test_higher_probability_and_further_horizon_cost_more(
     record: tuple[AllanCurve, NoiseModel], bound: NoiseModel
 ) -> None:

@@ -44,6 +44,7 @@ def test_a_line_that_is_fitted_is_not_named():
     assert "findings" not in al.fit(recorded(y), lines=[0.21]).goodness
 
 
+@pytest.mark.long
 def test_white_noise_shows_nothing_else():
     """A check finds fault with at most one in a hundred of such records; with one in five, it fails with 95 %."""
     fits = [
@@ -52,6 +53,7 @@ def test_white_noise_shows_nothing_else():
     assert sum("findings" in m.goodness for m in fits) <= binom.ppf(0.9995, 40, 0.01)
 
 
+@pytest.mark.long
 def test_heavy_tails_are_held_by_the_interval_of_white_noise():
     """Of Student noise with six degrees of freedom, whose excess kurtosis is 3: without it 0.78 are held."""
     records, held = 60, 0

@@ -72,6 +72,7 @@ def test_the_price_of_a_line_is_paid_by_white_noise_once_in_a_hundred() -> None:
 # -- the right set ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("truth", "terms", "n"),
     [

@@ -41,6 +41,7 @@ def curve_of(samples: np.ndarray) -> AllanCurve:
     return allan_curve(recorded(samples))["x"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("method", "T"), [("curve", 3.0), ("samples", 12.0)])
 def test_gauss_markov_noise_of_a_few_samples_is_found_and_leaves_the_white_noise_its_value(method, T) -> None:
     held: Counter[str] = Counter()
@@ -55,6 +56,7 @@ def test_gauss_markov_noise_of_a_few_samples_is_found_and_leaves_the_white_noise
     assert min(held.values()) >= 3, held
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", FITS)
 def test_two_gauss_markov_terms_without_white_noise(method) -> None:
     rng = np.random.default_rng(3)

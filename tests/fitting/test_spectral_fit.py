@@ -131,6 +131,7 @@ def test_maximum_is_one_and_scaling_the_record_scales_it_exactly() -> None:
 # -- the fit ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_c13_every_term_of_a_sum_is_recovered_within_its_set() -> None:
     truth = {"N": 1e-3, "B_equiv": 4e-4 / 1.0760, "T": 8.0, "K": 1e-5}
     hits = dict.fromkeys(truth, 0)
@@ -235,6 +236,7 @@ def missing_singly(n: int, seed: int) -> Recording:
     return Recording.from_rate(y, rate=RATE, unit="rad/s", names="x")
 
 
+@pytest.mark.long
 def test_bridged_samples_carry_no_information() -> None:
     """No interval is shorter than the samples that are there allow, sqrt(1/(2 p n)), and 95 % of them hold N."""
     runs, hits, z = 25, 0, []

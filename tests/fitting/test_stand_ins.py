@@ -48,6 +48,7 @@ def test_far_windows_join_the_near_ones(slope):
     np.testing.assert_allclose(computed, exact, rtol=1e-3)
 
 
+@pytest.mark.long
 def test_a_power_law_is_named_where_flicker_or_a_walk_is_supported():
     """Of white noise and f^-1.3, whatever is called supported beside N comes with the slope; an interval of 95 %.
 
@@ -66,6 +67,7 @@ def test_a_power_law_is_named_where_flicker_or_a_walk_is_supported():
     assert covered >= binom.ppf(0.0005, claimed, 0.95)
 
 
+@pytest.mark.long
 def test_samples_say_above_which_correlation_time_k_is_a_drive():
     """Of Gauss-Markov terms that outlast a third of the record: the time lies below theirs.
 
@@ -85,6 +87,7 @@ def test_samples_say_above_which_correlation_time_k_is_a_drive():
     assert below >= binom.ppf(0.0005, stated, 0.95)
 
 
+@pytest.mark.long
 def test_k_beside_two_gauss_markov_terms_is_said_to_be_a_drive():
     """Of three Gauss-Markov terms the slowest is taken for a walk: by samples a third one is tried as by the curve."""
     rng = np.random.default_rng(3)
@@ -97,6 +100,7 @@ def test_k_beside_two_gauss_markov_terms_is_said_to_be_a_drive():
     assert model.goodness["slow_time"] > model.estimate("T_2").value
 
 
+@pytest.mark.long
 def test_samples_say_which_power_laws_their_curve_allows():
     """Of 8 records an interval that holds the slope in 34 % fails with 90 %."""
     records, covered = 8, 0
@@ -119,6 +123,7 @@ def test_a_long_walk_excludes_power_laws_and_says_how_long_it_holds():
     assert "K is then its drive" in model.verdict
 
 
+@pytest.mark.long
 def test_true_flicker_is_not_called_another_power_law():
     """Flicker lies in the interval of its own slope; nothing is said where no other slope is needed.
 

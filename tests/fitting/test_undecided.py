@@ -44,6 +44,7 @@ def test_slow_noise_is_left_open_where_it_is_needed_and_nothing_of_it_is_support
     assert leaves_slow_noise_open(needed, supported) is left_open
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["moments", "likelihood", "spectral"])
 def test_a_family_that_leaves_slow_noise_open_does_not_stand_alone(method):
     """A rival that names the slow noise has its say in N."""
@@ -75,6 +76,7 @@ def test_one_model_stays_as_it_is():
     assert with_alternative([alone]) is alone
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["moments", "likelihood", "spectral"])
 def test_every_fit_shows_one_set_of_a_shared_term(method):
     """Of records of flicker, until each fit has left its family open."""
@@ -94,6 +96,7 @@ def test_every_fit_shows_one_set_of_a_shared_term(method):
     assert all(m.verdict == found.verdict for m in found.families)
 
 
+@pytest.mark.long
 def test_white_noise_is_held_beside_two_gauss_markov_terms():
     """No listed family is true; the union of both holds N in 95 % all the same (one family alone in 78 %)."""
     records, held = 40, 0

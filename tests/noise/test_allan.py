@@ -83,6 +83,7 @@ def _rational_oavar(y: list[int], m: int) -> Fraction:
     return Fraction(sum(v * v for v in d), 2 * m * m * len(d))
 
 
+@pytest.mark.long
 def test_r10_two_hundred_integer_vectors_in_rational_arithmetic() -> None:
     rng = np.random.default_rng(10)
     for _ in range(200):

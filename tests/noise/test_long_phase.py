@@ -49,6 +49,7 @@ def test_numbers_are_those_of_a_phase_in_memory(use: str, monkeypatch: pytest.Mo
     assert USES[use](record(50_000)).to_json() == known
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("in_files")
 @pytest.mark.parametrize("use", USES)
 def test_memory_does_not_grow_with_the_record(use: str) -> None:

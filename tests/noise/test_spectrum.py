@@ -196,6 +196,7 @@ def test_tail_of_the_averaged_periodogram(segments: int, merged: int, rng: np.ra
     assert np.std(bins) == pytest.approx(law.deviation, rel=0.03)
 
 
+@pytest.mark.long
 def test_false_alarms_are_rarer_than_stated(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lines, "FALSE_ALARM", 0.1)
     models = [NoiseModel.of(term) for term in TERMS.values()] + [COLOURED]
@@ -345,6 +346,7 @@ def test_kept_lags_are_free_of_the_filter(rng: np.random.Generator) -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "model",
     [

@@ -119,6 +119,7 @@ def test_degrees_of_freedom_of_overlapping_segments(name: str, overlap: float) -
     assert found.edf < plain if overlap > 0.5 else found.edf == pytest.approx(plain / (1 + 2 / 36), rel=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("term", [TERMS[0], TERMS[2], TERMS[3], TERMS[5]], ids=lambda t: t.type)
 @pytest.mark.parametrize("method", ["log", "welch"])
 def test_intervals_cover_the_density_down_to_the_lowest_bins(term: TermType, method: Any) -> None:
@@ -355,6 +356,7 @@ def test_errors_of_neighbouring_holes_are_those_of_the_best_estimates() -> None:
     assert account.put_back(f).min() < account.white * account.share < account.put_back(f).max()
 
 
+@pytest.mark.long
 def test_density_of_steep_noise_with_random_holes_is_that_without() -> None:
     """40 % missing: with errors taken as independent the highest frequencies came out half as high again."""
     n, runs, steep = 60_000, 5, NoiseModel.of(White(N=0.2), GaussMarkov.from_sigma(1.0, 5.0))
@@ -400,6 +402,7 @@ def holed(n: int, pattern: str, rng: np.random.Generator) -> np.ndarray:
     return y
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pattern", ["random", "single"])
 def test_bridged_bins_share_an_error(pattern: str) -> None:
     """Over 250 records: the mean over all bins, and differences of bins, scatter as eq. (3) of `holes` says.
@@ -429,6 +432,7 @@ def test_bridged_bins_share_an_error(pattern: str) -> None:
     assert (P @ wave).var() < 1.3 * (wave @ shared @ wave + (1 - seen) * 2 / dof * 2 * wave @ wave)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["log", "welch"])
 def test_intervals_cover_where_samples_are_bridged(method: Any) -> None:
     """A fifth missing at random: 95 % of the intervals hold it.

@@ -52,6 +52,7 @@ def wide_phase(term: TermType, t: NDArray[np.longdouble], sampling: str) -> NDAr
     return np.asarray(np.longdouble(parts["exponential"]) * rest + np.longdouble(parts["linear"]) * t)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="no eighty bits on this machine")
 @pytest.mark.parametrize("sampling", ["mean", "point"])
 @pytest.mark.parametrize("name", TERMS)

@@ -77,6 +77,7 @@ def test_entries_that_contain_themselves_or_more_than_a_person_writes(tmp_path: 
             reader(place, "thing")  # type: ignore[operator]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("reader", [read_yaml, read_yaml_lines, read_yaml_texts])
 @pytest.mark.parametrize("text", ["[" * 50_000, "- " * 50_000, "{a: " * 10_000])
 def test_depth_is_refused_before_it_costs_time(tmp_path: Path, reader: object, text: str) -> None:

@@ -78,6 +78,7 @@ def exact_tails(shape: float, x: float) -> tuple[float, float]:
         return float(lower), float(mpmath.quad(weight, [start + s for s in steps]))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shape", [24.9, 25.1, 200.0, 3.3e6, 1e9])
 @pytest.mark.parametrize("deviation", [-6.0, -0.3, 1.0, 5.0])
 def test_tails_against_30_digits(shape: float, deviation: float) -> None:

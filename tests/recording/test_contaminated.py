@@ -32,6 +32,7 @@ def bursts(rng: np.random.Generator, count: int, length: int) -> np.ndarray:
     return y
 
 
+@pytest.mark.long
 def test_two_hundred_mixtures_are_recognized_with_their_share_and_ratio() -> None:
     rng = np.random.default_rng(11)
     off = []

@@ -295,6 +295,7 @@ def clean_records(seed: int) -> list[tuple[str, np.ndarray]]:
     ]
 
 
+@pytest.mark.long
 def test_clean_noise_raises_no_alarm() -> None:
     alarms, trials = [], 0
     for seed in range(6):

@@ -50,6 +50,7 @@ def test_a_gyro_that_sees_its_bias_or_the_earth_is_not_called_bias_free(
         assert not [f for f in check(recording) if f.code == "bias_removed"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("axes", "duration", "noise"),
     [(1, 36_000.0, 0.3), (1, 3_600.0, 0.06), (3, 3_600.0, 0.3), (3, 600.0, 0.06), (1, 36_000.0, 1.0)],

@@ -45,6 +45,7 @@ def messages(recording: al.Recording, code: str = "held_samples") -> list[str]:
     return [f.message for f in check(recording) if f.code == code]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(4))
 def test_any_ratio_jitter_step_and_gap(seed: int) -> None:
     """Twenty-five logs each: the rate within its uncertainty, the span within two values, N within chance."""

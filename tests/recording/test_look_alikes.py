@@ -22,6 +22,7 @@ CASES = 5
 HARMLESS = {"resolution_step"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FAULTS)
 def test_the_right_cause_is_said_and_no_other(name: str) -> None:
     fault = FAULTS[name]
@@ -67,6 +68,7 @@ def codes(recording: Recording) -> dict[str, list[Finding]]:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("isolated", [True, False])
 @pytest.mark.parametrize("step", [0.0, 0.02])
 def test_rows_of_zeros_go_from_all_channels_by_one_repair(

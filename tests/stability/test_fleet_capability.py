@@ -59,6 +59,7 @@ def test_the_interval_of_a_share_is_that_of_the_noncentral_t_distribution():
     assert [capability.index.lower, capability.index.upper] == pytest.approx(reach, rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_interval_covers_the_share_and_the_index():
     records, limit = 20, 0.4  # two standard deviations: 2.28 %; a coverage of 58 % fails with 90 %
     rng = np.random.default_rng(952)

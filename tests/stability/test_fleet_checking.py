@@ -55,6 +55,7 @@ def test_a_normal_estimate_is_judged_by_its_95_percent_interval(
     assert root == pytest.approx(above, abs=1e-9)
 
 
+@pytest.mark.long
 def test_at_the_limit_at_most_5_percent_pass_and_5_percent_fail() -> None:
     """The exact law of the estimate, and records whose true N is the limit."""
     rng = np.random.default_rng(3)
@@ -82,6 +83,7 @@ def test_an_upper_limit_passes_above_it_and_cannot_tell_below() -> None:
     assert result.reason.startswith("the limit of K of gyro lies inside its interval; a record of about ")
 
 
+@pytest.mark.long
 def test_the_length_that_it_asks_for_decides() -> None:
     """True N 5 % above the limit: most records of that length fail."""
     limit = _limit("N", N / 1.05)

@@ -64,6 +64,7 @@ def _run_lengths(rules: tuple[ControlRule, ...], runs: int, length: int, seed: i
     return np.array(out, dtype=float)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("rules", "published"),
     [  # Champ and Woodall 1987, table 1, in control

@@ -44,6 +44,7 @@ def test_exact_units_lie_on_their_population_and_outside_it_where_they_do():
     assert area(d, np.where(beyond, d.units, 0.0)) == pytest.approx(1 / len(x), rel=0.05)
 
 
+@pytest.mark.long
 def test_a_unit_with_an_upper_limit_is_the_population_below_it():
     rng = np.random.default_rng(6)
     x = rng.normal(0.0, 0.3, 60)

@@ -55,6 +55,7 @@ def test_slopes_of_normal_logs_are_those_of_least_squares():
     )
 
 
+@pytest.mark.long
 def test_a_unit_that_does_not_drift_is_rarely_said_to():
     rng, p = np.random.default_rng(5), []
     for _ in range(6):
@@ -65,6 +66,7 @@ def test_a_unit_that_does_not_drift_is_rarely_said_to():
     assert low <= false <= high, false
 
 
+@pytest.mark.long
 def test_an_upper_limit_takes_part_as_one():
     rng = np.random.default_rng(6)
     years = np.array([0.0, 1.0, 2.0])

@@ -130,6 +130,7 @@ def contradictory():
     return design((np.array(knots), np.array(floor)), lot=[0, 1, 1, 2, 2, 2, 2, 2, 3, 4])
 
 
+@pytest.mark.long
 def test_logs_that_contradict_each_other_have_an_evidence_near_the_integral():
     """Factors that hold nearby are not followed far away: the value stays that of the integral over all levels."""
     d = contradictory()
@@ -151,6 +152,7 @@ def test_logs_that_contradict_each_other_have_an_evidence_near_the_integral():
         assert evidence(d, scales).value < exact + 2.0, scales
 
 
+@pytest.mark.long
 def test_logs_that_contradict_each_other_leave_more_than_one_draw(monkeypatch):
     monkeypatch.setattr("allanite.stability.fleet.posterior._DRAWS", 96)
     posterior = posterior_of(contradictory())
@@ -240,6 +242,7 @@ def test_step_up_procedure_of_the_paper():
     assert discoveries([*p, 1.0], 0.05).sum() == 4
 
 
+@pytest.mark.long
 def test_a_bent_profile_far_off_is_as_far_as_its_best_value():
     rng = np.random.default_rng(17)
     y = 4.0 * np.exp(2 * 0.1 * rng.normal(size=40)) + rng.normal(size=40)

@@ -26,7 +26,7 @@ from allanite.stability.record_comparison.curves import Ratio, compared, holm
 from allanite.stability.record_comparison.equality import detectable, least, level_set, without_each
 from allanite.stability.record_comparison.estimation import _family, compare
 from allanite.stability.record_comparison.evidence import evidence_of
-from allanite.stability.record_comparison.null_law import Directions, Equality, ScaledChiSquare
+from allanite.stability.record_comparison.null_law import Directions, EqualityLoss, ScaledChiSquare
 from allanite.stability.record_comparison.parameters import bias_comparison
 from allanite.stability.record_comparison.pooled import pooled_fit
 from allanite.stability.record_comparison.population import population_of
@@ -149,15 +149,15 @@ def test_the_law_is_chi_square_where_nothing_stands_at_zero() -> None:
     u = np.array([[1.0], [0.0]])
     none = np.zeros((2, 0))
     record = Directions(shared=u, alone=none, floor=np.zeros(0))
-    assert Equality.of([record] * 4, [math.inf]).law() == ScaledChiSquare(dof=3.0)
-    assert Equality.of([record] * 4, [50.0]).law() == ScaledChiSquare(dof=3.0)
+    assert EqualityLoss.of([record] * 4, [math.inf]).law() == ScaledChiSquare(dof=3.0)
+    assert EqualityLoss.of([record] * 4, [50.0]).law() == ScaledChiSquare(dof=3.0)
     assert ScaledChiSquare(dof=0.0).tail(1.0) == 1.0
 
 
 def test_the_law_at_zero_is_that_of_two_half_lines() -> None:
     """Two records whose true coefficient is zero: distances from a half line, drawn here by hand."""
     one, none = np.array([[1.0]]), np.zeros((1, 0))
-    law = Equality.of([Directions(shared=one, alone=none, floor=np.zeros(0))] * 2, [0.0]).law()
+    law = EqualityLoss.of([Directions(shared=one, alone=none, floor=np.zeros(0))] * 2, [0.0]).law()
     y = np.random.default_rng(5).standard_normal((400_000, 2))
     both = np.maximum(y.sum(axis=1) / 2, 0.0)[:, None]
     q = ((y - both) ** 2).sum(axis=1) - (np.minimum(y, 0.0) ** 2).sum(axis=1)
@@ -182,7 +182,7 @@ def test_the_loss_of_equality_is_a_difference_of_least_squares() -> None:
 
     together = left(np.concatenate([r.shared for r in records]), np.concatenate(z))
     apart = sum(left(r.shared, y) for r, y in zip(records, z, strict=True))
-    equality = Equality.of(records, [math.inf] * 3)
+    equality = EqualityLoss.of(records, [math.inf] * 3)
     assert equality.loss(z) == pytest.approx(together - apart, rel=1e-9)
     assert equality.law() == ScaledChiSquare(dof=9.0)
 
@@ -190,7 +190,7 @@ def test_the_loss_of_equality_is_a_difference_of_least_squares() -> None:
 @pytest.mark.parametrize("floor", [[0.0, math.inf, math.inf], [0.0, 0.0, 0.5]])
 def test_the_loss_of_noise_follows_its_law_at_the_border(floor: list[float]) -> None:
     """Bounds of 99.9 % for 1500 losses about a 95 % point that 1000 draws set."""
-    equality = Equality.of(random_directions(5, 3), floor)
+    equality = EqualityLoss.of(random_directions(5, 3), floor)
     law, rng = equality.law(), np.random.default_rng(6)
     beyond = [law.tail(equality.loss(list(rng.standard_normal((3, 8))))) < 0.05 for _ in range(1500)]
     assert abs(np.mean(beyond) - 0.05) < 3.3 * math.sqrt(0.05 * 0.95 * (1 / 1500 + 1 / 1000))
@@ -330,6 +330,7 @@ def test_records_that_are_equal_bound_the_spread_as_usual_ones_do(k: int, roundi
     assert p.lower <= p.middle <= p.upper
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("case", range(12))
 def test_records_of_any_shape_have_a_population(case: int) -> None:
     """Straight and bent profiles, those that end at zero, and limits, equal or not: numbers, and no division by 0."""
@@ -523,6 +524,7 @@ def test_studies_know_their_means_and_a_turn_on_bias_shows() -> None:
 # -- the command ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_compare_logs_and_studies(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for i, n in enumerate((1.0, 1.0, 1.5)):
@@ -583,6 +585,7 @@ def test_picture_has_a_column_for_each_channel_and_no_hole() -> None:
     assert {len(row) for row in alone.rows} == {1} and len(set(said)) == len(said)
 
 
+@pytest.mark.long
 def test_records_of_flicker_noise_are_not_taken_for_gauss_markov_because_they_are_many() -> None:
     """Each record may have a correlation time of its own: what that gains by chance adds up."""
     model = NoiseModel.of(White(N=1e-3), Flicker(B=1e-4), RandomWalk(K=1.2e-5))

@@ -151,6 +151,7 @@ def test_chi_square_of_windows_has_its_law_and_gaps_make_it_no_larger() -> None:
     assert max(small.values()) <= binomial_bound(runs, 0.05)
 
 
+@pytest.mark.long
 def test_all_lags_together_have_their_law_where_they_see_nearly_the_same_noise() -> None:
     """A walk, neighbouring lags: a sum over all whitened cells says p < 0.025 in three times as many records."""
     walk = NoiseModel.of(White(N=0.3), RandomWalk(K=0.05))
@@ -201,6 +202,7 @@ def test_drift_is_told_from_a_step() -> None:
     assert "steadily" in str(change)
 
 
+@pytest.mark.long
 def test_noise_that_comes_and_goes_has_two_changes_and_a_factor_of_four_is_placed_to_a_part_of_a_window() -> (
     None
 ):
@@ -371,6 +373,7 @@ def test_a_divided_window_feels_the_samples_of_both_sides(factor: float) -> None
         assert reached[i] == (0 < x.min() + x.max() < 2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("factor", "at"), [(20.0, 7_500), (1e3, 3_500)])
 def test_one_clear_step_is_one_change_with_its_time_and_size(factor: float, at: int) -> None:
     """Off the borders of the windows: what is left of a step is no other one, and the intervals hold the truth."""
@@ -388,6 +391,7 @@ def test_one_clear_step_is_one_change_with_its_time_and_size(factor: float, at: 
     assert max(size, time) <= binomial_bound(runs, 0.05)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("start", "stop", "factor"), [(3500, None, 100.0), (3500, None, 1e6), (0, 3500, 1e6)]
 )
@@ -444,6 +448,7 @@ def test_a_size_that_the_windows_do_not_tell_has_no_interval() -> None:
     assert any("there may be others" in words for words in remarks(channel, 0.05))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("n", "factor", "seed"), [(64, 0.03, 18), (64, 30.0, 10), (100, 1e-3, 7), (100, 0.03, 0)]
 )

@@ -84,6 +84,7 @@ def test_a_damaged_study_names_every_fault(study: al.Study, tmp_path: Path) -> N
             al.Study.load(tmp_path / "x.json")
 
 
+@pytest.mark.long
 def test_the_samples_are_fitted_where_the_curve_ends_early(run: Run, tmp_path: Path) -> None:
     """One message in fifty is lost: no long stretch is unbroken, and the curve alone sees nothing slow."""
     truth = NoiseModel.of(White(N=1e-4), RandomWalk(K=2e-5))

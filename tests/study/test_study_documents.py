@@ -73,6 +73,7 @@ def test_there_is_a_document_of_every_kind() -> None:
     assert {s["version"] for s in studies} == {1}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", OLD, ids=NAMES)
 def test_a_study_of_version_1_says_what_it_said(place: Path) -> None:
     old, study = read(place), al.Study.load(place)
@@ -109,6 +110,7 @@ def test_a_study_of_version_1_says_what_it_said(place: Path) -> None:
             assert channel.contamination.N.lower == entry["contamination"]["N"]["lower"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", OLD, ids=NAMES)
 def test_what_is_written_in_version_2_comes_back_equal(place: Path) -> None:
     study = al.Study.load(place)
@@ -160,6 +162,7 @@ def _places(value: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [at]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["few", "contaminated", "floor", "warm"])
 @pytest.mark.parametrize("version", [1, 2])
 def test_a_study_that_was_changed_anywhere_is_read_or_refused(name: str, version: int) -> None:

@@ -361,6 +361,7 @@ def test_axe_has_nothing_against_it(shown: Any, dark: bool) -> None:
     assert violations(view) == []
 
 
+@pytest.mark.long
 def test_a_figure_that_is_stated_again_keeps_zoom_and_keys_and_what_is_hidden(shown: Any) -> None:
     view = shown(ALL)
     view.get_by_role("checkbox", name="gyro_y").uncheck()

@@ -372,6 +372,7 @@ def test_a_link_to_a_part_that_is_folded_opens_it(browser: Any, report_file: Pat
     view.close()
 
 
+@pytest.mark.long
 def test_without_javascript_the_pictures_are_there(browser: Any, report_file: Path) -> None:
     context = browser.new_context(java_script_enabled=False)
     view = context.new_page()

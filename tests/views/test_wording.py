@@ -228,6 +228,7 @@ def test_a_limit_of_noise_that_is_there_is_not_read_as_none() -> None:
     assert provisos(clear.channels) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("symbols", "said"),
     [(["K"], "(K)"), (["B", "R"], "Low-frequency noise is present"), (["N"], "Noise beyond")],

@@ -33,7 +33,7 @@ from allanite.fitting.inversion import crossing
 from allanite.fitting.objective import CurveSolution, linearized
 from allanite.lazy_dataclasses import dataclass
 from allanite.stability.record_comparison.evidence import Evidence
-from allanite.stability.record_comparison.null_law import Directions, Equality, ScaledChiSquare
+from allanite.stability.record_comparison.null_law import Directions, EqualityLoss, ScaledChiSquare
 from allanite.stability.record_comparison.pooled import JointDesign, seen_by
 from allanite.stability.record_comparison.profiles import Chords, Profile
 
@@ -221,7 +221,7 @@ def parameter_law(evidence: Sequence[Evidence], symbol: str) -> ScaledChiSquare:
         )
     if len(records) < 2:
         return ScaledChiSquare(dof=0.0)
-    law = Equality.of(records, [math.inf]).law()
+    law = EqualityLoss.of(records, [math.inf]).law()
     plain = ScaledChiSquare(dof=len(records) - 1.0)
     return ScaledChiSquare(dof=plain.dof, scale=max(law.quantile(1 - _TEST) / plain.quantile(1 - _TEST), 1.0))
 
@@ -248,5 +248,5 @@ def joint_equality(design: JointDesign, pooled: CurveSolution) -> tuple[float, S
         factors = [design.factor(i, s) for s in pooled.symbols] + [1.0] * timed
         records.append(Directions.of_shared(change * np.array(factors)))
         residuals.append(z)
-    equality = Equality.of(records, [*pooled.c.tolist(), *[math.inf] * timed])
-    return equality.loss(residuals), equality.law()
+    made = EqualityLoss.of(records, [*pooled.c.tolist(), *[math.inf] * timed])
+    return made.loss(residuals), made.law()

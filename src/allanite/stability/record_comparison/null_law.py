@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
 
-__all__ = ["Directions", "Equality", "ScaledChiSquare"]
+__all__ = ["Directions", "EqualityLoss", "ScaledChiSquare"]
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class Directions:
 
 
 @dataclass(frozen=True, slots=True)
-class Equality:
+class EqualityLoss:
     """The loss of making the shared parameters equal: of whitened curves, and of chance.
 
     Attributes
@@ -92,7 +92,7 @@ class Equality:
     offset: Array
 
     @classmethod
-    def of(cls, records: Sequence[Directions], floor: Sequence[float]) -> Equality:
+    def of(cls, records: Sequence[Directions], floor: Sequence[float]) -> EqualityLoss:
         """From the directions of each record.
 
         Parameters
