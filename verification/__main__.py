@@ -134,15 +134,17 @@ def _fleet(order: Order) -> None:
 
 
 def _sensors(order: Order) -> None:
-    from verification.sensors import run_coverage, run_ranks, run_sensors
+    from verification.sensors import draw_ranks, run_coverage, run_ranks, run_sensors
     from verification.tables import write_tables
 
     made = run_sensors(ROOT_SEED, _say, order.count(2000), order.workers, order.cache)
+    ranks = run_ranks(made)
     parts = {
         "Coverage of sets at five levels": run_coverage(made),
-        "Ranks of coefficients that every set resolves": run_ranks(made),
+        "Ranks of coefficients that every set resolves": ranks,
     }
     title = "Sensors drawn from a prior"
+    draw_ranks(ranks, HERE / "results" / "sensors.png")
     write_tables("sensors", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
@@ -298,22 +300,28 @@ def _battery(order: Order) -> None:
 
 
 def _comparison(order: Order) -> None:
-    from verification.comparison import run_coverage, run_power, run_size
+    from verification.comparison import run_power, run_size
     from verification.tables import write_tables
 
-    count, workers = order.count(1000), order.workers
+    workers, cache = order.workers, order.cache
     parts = {
         "Records of one noise called different at 5 %": run_size(
-            ROOT_SEED, _say, count, workers, order.cache
+            ROOT_SEED, _say, order.count(1000), workers, cache
         ),
-        "One record of five differs": run_power(ROOT_SEED, _say, order.count(300), workers, order.cache),
-        "Coverage of 95 % intervals of the kind of sensor": run_coverage(
-            ROOT_SEED, _say, count, workers, order.cache
-        ),
+        "One record of five differs": run_power(ROOT_SEED, _say, order.count(300), workers, cache),
     }
-    write_tables(
-        "comparison", "Comparison of records", parts, HERE / "results", seed=ROOT_SEED, date=order.date
-    )
+    title = "Comparison of records"
+    write_tables("comparison", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _kind_of_sensor(order: Order) -> None:
+    from verification.comparison import run_coverage
+    from verification.tables import write_tables
+
+    rows = run_coverage(ROOT_SEED, _say, order.count(1000), order.workers, order.cache)
+    parts = {"Coverage of 95 % intervals of the kind of sensor": rows}
+    title = "Kind of sensor"
+    write_tables("kind_of_sensor", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
 def _environment(order: Order) -> None:
@@ -571,6 +579,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "spectrum": _spectrum,
     "environment": _environment,
     "comparison": _comparison,
+    "kind-of-sensor": _kind_of_sensor,
     "variation": _variation,
     "shared-noise": _shared_noise,
     "selection": _selection,

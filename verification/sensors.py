@@ -33,12 +33,14 @@ from allanite.recording.records import Recording
 from verification.gates import HOLDS, Gate, at_least, within
 from verification.spread import Say, place_of, spread
 
-__all__ = ["LEVELS", "draw", "run_coverage", "run_ranks", "run_sensors"]
+__all__ = ["LEVELS", "draw", "draw_ranks", "run_coverage", "run_ranks", "run_sensors"]
 
 Json = dict[str, Any]
 Samples = NDArray[np.float64]
 
 LEVELS = (0.50, 0.6827, 0.90, 0.95, 0.99)
+POINTS = tuple((1 - level) / 2 for level in reversed(LEVELS)) + tuple((1 + level) / 2 for level in LEVELS)
+_FEWEST = 50  # ranks that a row is made of
 SYMBOLS = ("Q", "N", "B", "K", "R")
 _UNIT = 1e-4  # white noise [rad/s/rt-Hz] of all sensors: what counts are the others' sizes beside it
 
@@ -154,27 +156,50 @@ def _gated(row: Json, gates: dict[float, Gate]) -> Json:
 def run_ranks(sensors: list[Json]) -> list[Json]:
     """Share of ranks below each end of the sets, where a coefficient is there, and the band of all ends together."""
     rows = []
-    points = [(1 - level) / 2 for level in reversed(LEVELS)] + [(1 + level) / 2 for level in LEVELS]
-    tail = (1 - HOLDS) / 2 / len(points)  # all points of a row hold together
     for symbol in ("N", "B", "K"):
         own = [
             s
             for s in sensors
             if "sets" in s and s["truth"][symbol] > 0 and all(e and e[2] for e in s["sets"][symbol])
         ]
-        if not own:
-            continue  # nothing is tested
+        if len(own) < _FEWEST:
+            continue  # hardly anything is tested
         row: Json = {"coefficient": symbol, "records": len(own)}
         inside = True
-        for i, point in enumerate(points):
+        for i, point in enumerate(POINTS):
             upper = i >= len(LEVELS)
             at = i - len(LEVELS) if upper else len(LEVELS) - 1 - i
             below = sum(_below(s["sets"][symbol][at], s["truth"][symbol], upper=upper) for s in own)
             row[f"{100 * point:.4g} %"] = below / len(own)
-            low, high = (float(binom.ppf(q, len(own), point)) for q in (tail, 1 - tail))
-            inside = inside and low <= below <= high
+            low, high = _band(point, len(own))
+            inside = inside and low <= row[f"{100 * point:.4g} %"] <= high
         rows.append(row | {"passes": inside})
     return rows
+
+
+def _band(point: float, count: int) -> tuple[float, float]:
+    """Shares of ranks below a point that agree with uniform ranks, at all points together with 99.9 %."""
+    tail = (1 - HOLDS) / 2 / len(POINTS)
+    low, high = (float(binom.ppf(q, count, point)) / count for q in (tail, 1 - tail))
+    return low, high
+
+
+def draw_ranks(rows: list[Json], path: Path) -> None:
+    """Distribution of the ranks, known at the ends of the sets, beside that of uniform ranks with its band."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 3.4), layout="constrained")
+    for axes, row in zip(np.atleast_1d(figure.subplots(1, len(rows), sharey=True)), rows, strict=True):
+        low, high = np.array([_band(point, row["records"]) for point in POINTS]).T
+        axes.fill_between(POINTS, low, high, color="#d5e5f5", label="uniform ranks, 99.9 % band")
+        shares = [row[f"{100 * point:.4g} %"] for point in POINTS]
+        axes.plot(POINTS, shares, "o-", color="#1f5a96" if row["passes"] else "#c0392b", ms=4, lw=1)
+        axes.set_title(f"{row['coefficient']}, {row['records']} sensors", fontsize=9)
+        axes.set_xlabel("part of the confidence distribution")
+        axes.spines[["top", "right"]].set_visible(False)
+    figure.axes[0].set_ylabel("share of sensors with the truth below")
+    figure.axes[0].legend(fontsize=7, frameon=False, loc="upper left")
+    figure.savefig(path, dpi=130, metadata={"Software": None})
 
 
 def _below(chosen: list[Any], truth: float, *, upper: bool) -> bool:

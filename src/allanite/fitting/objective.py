@@ -177,10 +177,10 @@ def advantage(curve: CurveData, rival: CurveSolution, null: CurveSolution) -> fl
 
 
 def linearized(curve: CurveData, at: CurveSolution) -> tuple[Array, Array]:
-    """What the whitened curve changes by with each c and, in the last columns, with ln T; and what is left of it.
+    """Derivatives of the whitened curve with respect to c and, in the last columns, ln T; and its residuals.
 
-    Near the solution the whitened residuals are what is left less the changes times the steps. Where the solution is
-    the truth, what is left is standard normal, shape (n_lags,); the changes have the shape (n_lags, n).
+    Near the solution the residuals change by minus the derivatives times the step. Where the solution is the truth, the
+    residuals, shape (n_lags,), are standard normal. The derivatives have shape (n_lags, n).
     """
     A = curve.design.columns(at.symbols, at.times)
     mu = A @ at.c

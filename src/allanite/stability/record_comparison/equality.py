@@ -10,10 +10,10 @@ with an upper limit adds what its limit contradicts. For all parameters at once 
 
     Q = min over p of  sum_r |z_r - U_r p|^2  -  sum_r min over p_r of |z_r - U_r p_r|^2,                    (2)
 
-z_r being what the pooled model leaves of the whitened curve of record r, and U_r what the curve changes by with the
-parameters there: their steps, with no coefficient below zero. Straight lines on purpose. The loss of the curved model,
-which a few uncertain long lags bend, is larger by chance than any law of straight ones says: of three parameters by 4 %
-in the mean, and 7 % of equal records were beyond the 95 % point. The laws are those of `null_law`.
+where z_r is the whitened residual of record r under the pooled model, U_r its derivative with respect to the
+parameters, and no coefficient falls below zero. The model is linearized on purpose: where a few uncertain long lags
+decide, the loss of the full model exceeds its linear law, for three parameters by 4 % in the mean, and 7 % of
+comparisons of equal records fell beyond the 95 % point. The laws are those of `null_law`.
 
 References
 ----------
