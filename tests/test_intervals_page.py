@@ -63,6 +63,27 @@ def test_coverage_and_errors_of_both_fits(page):
     assert f"up to {max(over_bound('likelihood_coverage').values()):.2f} times the bound" in page
 
 
+def test_errors_of_fits_that_are_given_nothing(page):
+    (rows,) = (rows for rows in results("default_fits").values() if isinstance(rows, list))
+    row = {(r["scenario"], r["parameter"]): r for r in rows}
+    assert {r["records"] for r in rows} == {60, 30} and "Sixty records" in page and "(30 of the week)" in page
+
+    def span(method):
+        ratios = [r[f"{method}, rms over bound{' where supported' * (method == 'samples')}"] for r in told]
+        return f"{min(ratios):.2f} to {max(ratios):.2f} times the bound"
+
+    told = [r for r in rows if r["scenario"] != "a spectral line"]
+    assert f"the fit of the samples are {span('terms given')}" in page
+    assert f"supported terms are {span('samples')}" in page
+    withheld = 1 - row["white + flicker + walk, long", "B"]["samples, supported"]
+    assert f"Flicker is in {100 * withheld:.0f} % of days of white noise" in page
+    k, gaps = row["seed's sensor, 24 h", "K"], row["10 % missing", "K"]
+    by_curve, by_samples = 100 * k["curve, supported"], 100 * k["samples, supported"]
+    assert f"in {by_curve:.0f} % of days, the samples in {by_samples:.0f} %" in page
+    assert f"in {100 * gaps['curve, supported']:.0f} %." in page
+    assert f"holds in {100 * row['a spectral line', 'N']['covered']:.0f} %" in page
+
+
 def test_sets_of_n_miss_on_one_side(page):
     sensors = results("sensors")
     (held,) = (row for row in sensors["Coverage of sets at five levels"] if row["coefficient"] == "N")

@@ -67,6 +67,7 @@ HOW = {
     "curves": "parts; the true model given",
     "statistics": "parts; the true model given",
     "likelihood_coverage": "as a user, but terms or a line given in two scenarios; the seed's sensor by law",
+    "default_fits": "as a user, and again with the terms given",
     "likelihood": "parts; the terms given; likelihood by law",
     "spectrum": "parts",
     "held": "parts",
