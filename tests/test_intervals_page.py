@@ -76,7 +76,7 @@ def test_errors_of_fits_that_are_given_nothing(page):
     assert f"the fit of the samples are {span('terms given')}" in page
     assert f"supported terms are {span('samples')}" in page
     withheld = 1 - row["white + flicker + walk, long", "B"]["samples, supported"]
-    assert f"Flicker is in {100 * withheld:.0f} % of days of white noise" in page
+    assert f"Flicker is withheld in {100 * withheld:.0f} % of days of white noise" in page
     k, gaps = row["seed's sensor, 24 h", "K"], row["10 % missing", "K"]
     by_curve, by_samples = 100 * k["curve, supported"], 100 * k["samples, supported"]
     assert f"in {by_curve:.0f} % of days, the samples in {by_samples:.0f} %" in page

@@ -79,7 +79,7 @@ def _default_fits(order: Order) -> None:
 
     rows = run_default_fits(ROOT_SEED, _say, order.count(400), order.workers, order.cache)
     parts = {"Errors over the bound, and coverage of the 95 % sets by samples": rows}
-    title = "Fits that are given nothing"
+    title = "Default fits"
     write_tables("default_fits", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 

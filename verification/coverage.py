@@ -21,7 +21,7 @@ from verification.scenarios import HARDER, SCENARIOS, Scenario
 from verification.short_chain import FROM, short_chain
 from verification.spread import spread
 
-__all__ = ["evaluate", "printed", "printed_set", "relative_rms", "run"]
+__all__ = ["evaluate", "printed", "printed_set", "relative_rms", "run", "share_covered"]
 
 Json = dict[str, Any]
 ROOT_SEED = 20261121
@@ -81,9 +81,8 @@ def evaluate(scenario: Scenario, results: list[Json]) -> Json:
     rows = []
     for symbol, value in truth.items():
         sets = [printed_set(r["printed"], symbol) for r in results]
-        covered = [e is not None and e[1] <= value <= (math.inf if e[2] is None else e[2]) for e in sets]
-        weak = value == 0 or 3 * bounds.get(symbol, math.inf) > 1
-        share = float(np.mean(covered))
+        weak = not scenario.shows(symbol)
+        share = share_covered(sets, value)
         gate = (at_least if weak else within)(len(results))
         rows.append(
             {
@@ -114,6 +113,13 @@ def evaluate(scenario: Scenario, results: list[Json]) -> Json:
 def printed_set(families: list[Json], symbol: str) -> list[Any] | None:
     """The set of a parameter in what was printed: of the first family that has it, whichever is the true one."""
     return next((m["estimates"][symbol] for m in families if symbol in m["estimates"]), None)
+
+
+def share_covered(sets: list[list[Any] | None], truth: float) -> float:
+    """Share of sets that hold the truth; one that was not printed does not."""
+    return float(
+        np.mean([e is not None and e[1] <= truth <= (math.inf if e[2] is None else e[2]) for e in sets])
+    )
 
 
 def relative_rms(sets: list[list[Any] | None], truth: float) -> float | None:

@@ -23,7 +23,7 @@ from scipy.stats import chi2
 
 import allanite as al
 from allanite.noise import NoiseModel
-from verification.coverage import printed, printed_set, relative_rms
+from verification.coverage import printed, printed_set, relative_rms, share_covered
 from verification.gates import HOLDS, within
 from verification.scenarios import HARDER, SCENARIOS, Scenario
 from verification.spread import Say, place_of, spread
@@ -48,7 +48,7 @@ def run_default_fits(seed: int, say: Say, records: int, workers: int, cache: Pat
         place = place_of(cache, "default fits", scenario.name, seed)
         work = partial(_fitted, seed, number)
         found = spread(work, range(count), workers=workers, say=say, place=place, chunk=1)
-        rows += [_row(scenario, symbol, found) for symbol in _shown(scenario)]
+        rows += [_row(scenario, symbol, found) for symbol in scenario.truth() if scenario.shows(symbol)]
     return rows
 
 
@@ -64,17 +64,11 @@ def _fitted(root: int, number: int, index: int) -> Json:
     return {method: printed(model) for method, model in made.items()}
 
 
-def _shown(scenario: Scenario) -> list[str]:
-    """Parameters that are there and larger than three of their bounds."""
-    bounds = scenario.bounds()
-    return [s for s, value in scenario.truth().items() if value and 3 * bounds.get(s, math.inf) <= 1]
-
-
 def _row(scenario: Scenario, symbol: str, found: list[Json]) -> Json:
     truth, bound, n = scenario.truth()[symbol], scenario.bounds()[symbol], len(found)
     sets = {method: [printed_set(f[method], symbol) for f in found] for method in BARS}
     errors = {method: (relative_rms(of, truth) or 0.0) / bound for method, of in sets.items()}
-    covered = float(np.mean([e is not None and e[1] <= truth <= (e[2] or math.inf) for e in sets["samples"]]))
+    covered = share_covered(sets["samples"], truth)
     gate, most = within(n), math.sqrt(chi2.ppf(HOLDS, n) / n)
     near = {method: errors[method] <= bar * most for method, bar in BARS.items()}
     return {

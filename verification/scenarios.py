@@ -94,6 +94,10 @@ class Scenario:
         """Relative standard deviation that this record allows at best, by parameter."""
         return bound(self.model, 1 / self.rate, self.n_samples * (1 - self.missing))
 
+    def shows(self, symbol: str) -> bool:
+        """Whether the parameter is there, and larger than three of its bounds."""
+        return self.truth()[symbol] != 0 and 3 * self.bounds().get(symbol, math.inf) <= 1
+
     def record(self, seed: int) -> Recording:
         """One record."""
         noise = NoiseModel.of(
