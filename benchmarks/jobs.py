@@ -403,11 +403,11 @@ def reddened(text: str) -> str:
 
 
 def last_committed() -> dict[str, float]:
-    """Ratios of the table in HEAD; none where there is none."""
+    """Ratios of the table in HEAD; none where there is none. A single round does not tell how it scatters."""
     place = f"HEAD:./{(RESULTS / 'jobs.json').name}"
     done = subprocess.run(["git", "show", place], cwd=RESULTS, capture_output=True, text=True, check=False)
     rows = json.loads(done.stdout)["jobs"] if done.returncode == 0 else {}
-    return {name: row["ratio"] for name, row in rows.items()}
+    return {name: row["ratio"] for name, row in rows.items() if row["rounds"] > 1}
 
 
 def measure_all(jobs: Sequence[Job], folder: Path, rounds: int, last: dict[str, float]) -> dict[str, Json]:
@@ -442,7 +442,7 @@ def main(given: argparse.Namespace | None = None) -> None:
     notes = [
         f"processor time: least to most of the rounds ({' or '.join(map(str, rounds))}); clock: that of the least",
         "memory: the most of any round, of the whole process",
-        f"since last commit: ratio to a reference task of the same rounds; bold beyond {TOLERANCE:.0%}",
+        f"since last commit: ratio to a reference task, bold beyond {TOLERANCE:.0%}; new after a table of one round",
         f"others filter and simulate {STRETCH} samples; AllanTools computes the curve alone, at 100 averaging times",
     ]
     notes += [f"not installed: {', '.join(absent)}"] if absent else []

@@ -110,11 +110,13 @@ def test_the_last_commit_is_compared_not_the_file(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(jobs, "RESULTS", tmp_path)
     assert jobs.last_committed() == {}
     place = tmp_path / "jobs.json"
-    place.write_text(json.dumps({"jobs": {"a": {"ratio": 2.0}}}))
+    place.write_text(
+        json.dumps({"jobs": {"a": {"ratio": 2.0, "rounds": 2}, "once": {"ratio": 1.0, "rounds": 1}}})
+    )
     identity = ("-c", "user.name=a", "-c", "user.email=a@example.org")
     for words in (["init", "-q"], ["add", "jobs.json"], [*identity, "commit", "-qm", "Table"]):
         subprocess.run(["git", *words], cwd=tmp_path, check=True, capture_output=True)
-    place.write_text(json.dumps({"jobs": {"a": {"ratio": 3.0}}}))
+    place.write_text(json.dumps({"jobs": {"a": {"ratio": 3.0, "rounds": 2}}}))
     assert jobs.last_committed() == {"a": 2.0}
 
 
