@@ -386,6 +386,18 @@ def test_spans_may_be_given_in_seconds_or_in_a_file(tmp_path: Path) -> None:
         read_spans(path, recording)
 
 
+@pytest.mark.parametrize("rate", [1.3, 2.0, 3.2, 5.0, 12.0, 100.0])
+def test_a_unit_at_rest_is_at_rest_however_long_the_cells(rate: float) -> None:
+    """Slow logs and very long ones have cells of more than 0.05 s, in which less is left of the fall of the noise."""
+    n, rng = 6000, np.random.default_rng(round(10 * rate))
+    gyro, accel = noisy(np.zeros((n, 3)), np.tile([0.0, 0.0, G], (n, 1)), rng, rate)
+    for samples, white in ((gyro, GYRO_N), (accel, ACCEL_N)):  # a walk of a tenth of the white noise at 0.6 s
+        samples += 0.9 * white / math.sqrt(rate) * np.cumsum(rng.standard_normal((n, 3)), axis=0)
+    found = find_static_spans(unit(gyro, accel, rate=rate), **NAMED)
+    (span,) = found.spans
+    assert span.start == 0 and span.stop > 0.99 * n
+
+
 @pytest.mark.long
 def test_memory_is_some_tens_of_bytes_for_a_cell_of_an_axis() -> None:
     """A hundred where all axes of all cells were looked at together: 2.4 GB for a record of 4 million cells."""

@@ -19,7 +19,7 @@ Counts = NDArray[np.integer[Any]]
 Mask = NDArray[np.bool_]
 
 #: A cell lasts so long [s], but no less than one sample; a record has no more cells than this.
-CELL, MOST = 0.05, 4_000_000
+CELL, MOST = 0.05, 2_000_000
 #: Differences between samples below this share of their size are rounding.
 ROUNDING = 1e-12
 

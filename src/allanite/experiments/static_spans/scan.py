@@ -82,8 +82,9 @@ class RestScan:
     counted : ndarray of bool, shape (axes,)
         The noise is below one count.
     fall : ndarray, shape (axes,)
-        Variance of differences of means over 0.8 s, over that of 0.05 s: white noise falls to a sixteenth. NaN where
-        the record is too short, or a model gave the floor.
+        Variance of differences of means over 0.8 s, over that of 0.05 s: white noise falls to a sixteenth. Where cells
+        are longer than 0.05 s, by the power of the length that they show. NaN where the record is too short, its cells
+        are too long, or a model gave the floor.
     over_model : ndarray, shape (axes,)
         Noise from sample to sample in the quietest parts, over that of the model; NaN without one.
     """
@@ -180,12 +181,12 @@ class _Scanner:
     def _energy(self, window: _Window) -> Array:
         """Energy of the window that begins at each cell, shape (n, axes)."""
         n = max(self.cells.n - window.cells + 1, 0)
-        if window.m == 0:
-            square = _running(
-                self.cells.square
-            )  # a missing difference counts as none: no alarm comes from few
-            return np.asarray((square[window.cells :] - square[:n]) / (window.cells * self.cells.size))
         energy = np.empty((n, self.axes))
+        if window.m == 0:
+            for i in range(self.axes):  # a missing difference counts as none: no alarm comes from few
+                square = _running(self.cells.square[:, i])
+                energy[:, i] = (square[window.cells :] - square[:n]) / (window.cells * self.cells.size)
+            return energy
         for part in _parts(n):
             energy[part] = self._apart(window, part)
         return energy
@@ -300,8 +301,10 @@ class _Scanner:
 
     def _calm(self) -> Mask:
         """The tenth of the whole cells that moves least, in ranks summed over the axes."""
-        energy = self.cells.square[self.quiet]
-        rank = np.argsort(np.argsort(energy, axis=0), axis=0).max(axis=1)
+        rank = np.zeros(np.count_nonzero(self.quiet), dtype=np.intp)
+        for i in range(self.axes):
+            order = np.argsort(self.cells.square[self.quiet, i])
+            rank[order] = np.maximum(rank[order], np.arange(len(order)))
         return np.asarray(rank <= np.quantile(rank, 0.1))
 
     def _fine(self) -> Array:
@@ -313,7 +316,11 @@ class _Scanner:
         if not {short, long} <= set(self.floors) or short == long:
             return np.full(self.axes, np.nan)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(self.given, np.nan, self.floors[long][0] / self.floors[short][0])
+            ratio = self.floors[long][0] / self.floors[short][0]
+            # cells of slow or very long records leave less than the sixteenfold: by the same power of the length
+            return np.where(
+                self.given, np.nan, ratio ** (math.log(FALL[1] / FALL[0]) / math.log(long / short))
+            )
 
     def _over_model(self) -> Array:
         if not (self.given.any() and self.cells.whole.any()):
