@@ -141,8 +141,8 @@ CURVES = (
     Refusal(
         line="fit 'a log.csv' --lines 3",
         files={"a log.csv": LOG},
-        says=("of a fit are frequencies in Hz",),
-        adds={"--lines": "3 --method likelihood", "allanite select": "'a log.csv'"},
+        says=("takes no lines: use --method",),
+        adds={"--method": "likelihood"},
     ),
     Refusal(
         line="fit 'a log.csv' --floor 'a floor.csv' --method slopes",

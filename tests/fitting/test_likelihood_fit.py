@@ -331,6 +331,8 @@ def test_fit_takes_lines_from_the_command_line(run: Run, tmp_path: Path) -> None
     assert line["supported"] and line["lower"] < 5e-5 < line["upper"]
     shown = run(*words, "--terms", "N", "--lines", "1.3").out
     assert "line [" in shown and "f [Hz]" in shown
-    for method, lines in (("likelihood", "auto"), ("moments", "1.3")):
-        refused = run(*reading, "--method", method, "--lines", lines)
-        assert refused.code == 1 and "--lines of a fit are frequencies in Hz" in refused.err
+    for lines, terms in (("auto", ["N", "amplitude", "frequency"]), ("none", ["N"])):
+        (named,) = json.loads(run(*words, "--terms", "N", "--lines", lines, "--json").out).values()
+        assert [e["symbol"] for e in named["estimates"]] == terms
+    refused = run(*reading, "--method", "moments", "--lines", "1.3")
+    assert refused.code == 1 and "--method moments takes no lines: use --method likelihood" in refused.err

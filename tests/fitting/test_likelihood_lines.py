@@ -162,13 +162,12 @@ def test_terms_are_letters(terms: object) -> None:
         al.fit(rates(two_lines()), terms=terms)
 
 
-@pytest.mark.parametrize("lines", [0.3, "auto", [None], None, [[0.3]]])
+@pytest.mark.parametrize("lines", [0.3, "all", [None], None, [[0.3]]])
 def test_lines_are_a_list_of_frequencies(lines: object) -> None:
     with pytest.raises(InputError, match="list of frequencies in Hz"):
         al.fit(rates(two_lines()), terms="N", lines=lines)
-    if lines != "auto":
-        with pytest.raises(InputError, match="list of frequencies in Hz"):
-            select(rates(two_lines()), lines=lines)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="list of frequencies in Hz"):
+        select(rates(two_lines()), lines=lines)  # type: ignore[arg-type]
 
 
 def test_samples_whose_squares_are_no_numbers() -> None:

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from scipy.stats import binom
+from scipy.stats import binom, norm
 
 import allanite as al
 
@@ -18,13 +18,41 @@ def white(model):
     return next(e for e in model.estimates if e.symbol == "N")
 
 
+def line(frequency, amplitude=0.3, phase=0.0):
+    return amplitude * np.sin(2 * np.pi * frequency * np.arange(N_SAMPLES) + phase)
+
+
+#: What fits the samples of a record and is told nothing of its lines.
+FITS = {
+    "likelihood": al.fit,
+    "spectral": lambda record: al.fit(record, method="spectral"),
+    "select": lambda record: al.select(record).model,
+}
+
+
+@pytest.mark.parametrize("frequency", [0.03, 0.0713, 0.31, 0.497])
+@pytest.mark.parametrize("fitted", FITS.values(), ids=FITS)
+def test_a_line_that_nobody_named_takes_nothing_from_white_noise(fitted, frequency):
+    """A sinusoid takes three of all degrees of freedom, less than a tenth of a standard deviation of N."""
+    noise = np.random.default_rng(1).standard_normal(N_SAMPLES)
+    without, found = white(fitted(recorded(noise))), fitted(recorded(noise + line(frequency)))
+    sd = (without.upper - without.lower) / (2 * norm.ppf(0.975))
+    assert abs(white(found).value - without.value) < 0.1 * sd
+    (tone,) = [term for term in found.terms if isinstance(term, al.Sinusoid)]
+    assert abs(tone.frequency - frequency) < 0.1 / N_SAMPLES
+    assert "findings" not in found.goodness
+
+
 @pytest.mark.parametrize("method", ["likelihood", "spectral"])
-def test_an_aliased_line_is_named(method):
-    t = np.arange(N_SAMPLES)
-    y = np.random.default_rng(1).standard_normal(N_SAMPLES) + 0.3 * np.sin(2 * np.pi * 0.497 * t)
+def test_a_line_that_is_no_sinusoid_is_named(method):
+    rng = np.random.default_rng(1)
+    wandering = np.cumsum(rng.normal(0.0, 0.07, N_SAMPLES))
+    y = rng.standard_normal(N_SAMPLES) + line(0.2, 0.6, wandering)
     model = al.fit(recorded(y), method=method)
     assert model.goodness["findings"] == ["spectral_line"]
     assert "Found in the samples: spectral_line" in model.verdict
+    (left,) = model.goodness["lines_left_in"]
+    assert abs(left - 0.2) < 0.01 and "is no sinusoid and stays in the record" in model.verdict
     assert "findings" not in al.fit(recorded(y), method=method, screen=False).goodness
 
 
@@ -38,10 +66,11 @@ def test_findings_that_are_known_are_not_looked_for_again(monkeypatch):
     assert "findings" not in al.fit(record, screen=()).goodness
 
 
-def test_a_line_that_is_fitted_is_not_named():
-    t = np.arange(N_SAMPLES)
-    y = np.random.default_rng(1).standard_normal(N_SAMPLES) + 0.3 * np.sin(2 * np.pi * 0.21 * t)
-    assert "findings" not in al.fit(recorded(y), lines=[0.21]).goodness
+def test_lines_beside_those_that_are_asked_for_are_named():
+    y = np.random.default_rng(1).standard_normal(N_SAMPLES) + line(0.21) + line(0.33)
+    assert "findings" not in al.fit(recorded(y), lines=[0.21, 0.33]).goodness
+    for asked in ([0.21], []):
+        assert al.fit(recorded(y), lines=asked).goodness["findings"] == ["spectral_line"]
 
 
 @pytest.mark.long

@@ -83,7 +83,7 @@ def fit_file(
     statistic: str | None = None,
     method: str = "moments",
     terms: str | None = None,
-    lines: Sequence[float] | str = (),
+    lines: Sequence[float] | str | None = None,
     accept: Collection[str] = (),
     floor: str | os.PathLike[str] | None = None,
     progress: Callable[[float, str], None] | None = None,
@@ -92,7 +92,8 @@ def fit_file(
     """Fit the channels of a curve that `AllanCurve.to_csv` wrote, of a `curve` of another program, or of a log.
 
     Faults of a log are refused. By moments it is characterised, so that spectral lines and the band limit are kept out
-    of the fit. Options are those of `read_part`. `lines` [Hz] are fitted with the noise by likelihood. `floor` is the
+    of the fit. Options are those of `read_part`. `lines` [Hz] are fitted with the noise by likelihood; by default those
+    that the spectrum shows. `floor` is the
     log of the shorted input, for a log by moments. `samples` and `statistic` are those of
     `allanite.files.foreign_curves.read_curve`.
 
@@ -113,7 +114,7 @@ def fit_file(
             "--samples and --statistic describe a curve from another program: use them with --curve"
         )
     if curve or saved:
-        if terms is not None or len(lines) or floor is not None or of_samples or accept:
+        if terms is not None or lines is not None or floor is not None or of_samples or accept:
             raise InputError(
                 "a curve is fitted by --method moments or slopes, without --terms, --lines, --floor or "
                 "--accept: these need the samples"
@@ -121,11 +122,8 @@ def fit_file(
         return _fit_curve(place, saved, method, samples=samples, statistic=statistic, **options)
     if terms is not None and not of_samples:
         raise InputError(f"--method {method} takes no terms: use --method likelihood or spectral")
-    if len(lines) and (method != "likelihood" or isinstance(lines, str)):
-        raise InputError(
-            "--lines of a fit are frequencies in Hz, for --method likelihood and a log; `allanite select --lines auto` "
-            "finds them"
-        )
+    if lines is not None and method != "likelihood":
+        raise InputError(f"--method {method} takes no lines: use --method likelihood")
     if floor is not None and method != "moments":
         raise InputError("--floor goes with the log of the sensor and --method moments, which fits both")
     if method == "moments":
@@ -133,7 +131,7 @@ def fit_file(
         return FittedModels(channels=study.channels, lossy=is_lossy(f.to_json() for f in study.findings))
     prepared, findings = ready_log(place, accept=accept, **options)
     if of_samples:
-        asked: dict[str, Any] = {"lines": lines} if len(lines) else {}
+        asked: dict[str, Any] = {} if lines is None else {"lines": lines}
         # Of a single channel that lost nothing a second look would find the same.
         same = len(prepared.channels) == 1 and not any(f.excludes for f in findings)
         models = {

@@ -8,7 +8,8 @@
 ``likelihood``  the fit of the samples themselves.
 ``spectral``    the fit of their spectrum.
 ``selection``   which sums of terms a record may have, with their weights.
-``samples``     what samples show that no sum of terms holds; ``tails`` heavy tails in the interval of N.
+``samples``     what samples show that no sum of terms holds; ``tails`` heavy tails in the interval of N;
+``lines_left_in`` spectral lines that are no term of the model.
 ``instrument``  a sensor seen through an instrument whose own noise was recorded too.
 ``rivals``      flicker or Gauss-Markov; ``undecided`` where it cannot be told; ``stand_ins`` what else a curve allows.
 ``estimates``   from sets to estimates; ``verdict`` what is supported, in words.
@@ -70,9 +71,9 @@ def fit(
         For "moments": the curve of the instrument alone, on the interval and in the unit of `measured`
         (`allanite.fitting.instrument_floor.floor_of`). The model is that of the sensor without the instrument.
     screen : bool or sequence of Finding
-        Of a recording: look through its samples for lines, heavy tails and faults, which the model does not hold; see
-        `allanite.fitting.samples`. Of a curve: hold the heavy tails that it knows of, and say what only samples
-        can tell. False where that was done; what `allanite.check` finds in the channel, where that
+        Of a recording: look through its samples for heavy tails and faults, and name those and the lines that the
+        model does not hold; see `allanite.fitting.samples`. Of a curve: hold the heavy tails that it knows of, and say
+        what only samples can tell. False where that was done; what `allanite.check` finds in the channel, where that
         is known: it is not looked for again.
     **options
         Of a recording: `channel`, `terms` (the letters to fit), and what the method takes besides: "likelihood"
@@ -113,7 +114,11 @@ def fit(
         model = _fit_recording(measured, method, {**options, "confidence": confidence})
         channels = [measured[options["channel"]]] if options.get("channel") else _noisy(measured)
         if screen is not False and len(channels) == 1:
-            model = screened(model, measured, channels[0].name, None if screen is True else screen)
+            findings, named = (
+                None if screen is True else screen,
+                not isinstance(options.get("lines", ""), str),
+            )
+            model = screened(model, measured, channels[0].name, findings, lines_named=named)
     else:
         model = _fit_curve(measured, method, exclude, confidence, floor, options)
         model = unscreened(model, measured) if screen is not False else model

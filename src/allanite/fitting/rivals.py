@@ -3,7 +3,7 @@
 
 The thresholds are by simulation of the moment fit: flicker records of any length exceed `REJECTS_FLICKER`, which a
 Gauss-Markov term has one parameter more to reach, in at most 2.5 %; Gauss-Markov records exceed
-`REJECTS_GAUSS_MARKOV` in less than 1 %. `python -m verification coverage` counts both for each fit.
+`REJECTS_GAUSS_MARKOV` in less than 1 %. `python -m verification fits` counts both for each fit.
 """
 
 from __future__ import annotations

@@ -7,14 +7,14 @@ checks find, are named: each may be taken for a term.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 
-from allanite.errors import AllaniteError
+from allanite.fitting.lines_left_in import spectral_lines
 from allanite.fitting.tails import with_tails
-from allanite.noise import NoiseModel
+from allanite.fitting.verdict import with_fact
+from allanite.noise import NoiseModel, Sinusoid
 from allanite.noise.allan import AllanCurve
 from allanite.recording.health.examination import check
 from allanite.recording.health.finding import Finding, Severity
@@ -29,7 +29,12 @@ _MOSTLY = 0.7
 
 
 def screened(
-    model: NoiseModel, recording: Recording, name: str, findings: Sequence[Finding] | None = None
+    model: NoiseModel,
+    recording: Recording,
+    name: str,
+    findings: Sequence[Finding] | None = None,
+    *,
+    lines_named: bool = False,
 ) -> NoiseModel:
     """A model that was fitted to the samples of a channel, with what they show beside noise.
 
@@ -39,18 +44,20 @@ def screened(
     ----------
     findings : sequence of Finding, optional
         What `check` finds in the channel, where that is known.
+    lines_named : bool
+        The fit was given the frequencies of lines, and looked for no others.
     """
     alone = recording.select(name)
     missing = sum(int(np.isnan(samples).sum()) for _, samples in alone.blocks(name))
     model = with_tails(model, law_of(alone, name), alone.n_samples - missing)
     findings = check(alone) if findings is None else findings
     codes = [f.code for f in findings if f.severity is not Severity.INFO]
-    codes += [_LINE] if _has_lines(alone, model) else []
+    codes += [_LINE] if _has_lines_left(alone, model, named=lines_named) else []
     if not codes:
         return model
     names = list(dict.fromkeys(codes))
     text = f" Found in the samples: {', '.join(names)} (see `allanite info`)."
-    return _with_fact(model, {"findings": names}, text)
+    return with_fact(model, {"findings": names}, text)
 
 
 def unscreened(model: NoiseModel, curve: AllanCurve) -> NoiseModel:
@@ -64,14 +71,14 @@ def unscreened(model: NoiseModel, curve: AllanCurve) -> NoiseModel:
         present = curve.n_samples - int(np.diff(curve.missing[0], axis=1).sum())
         model = with_tails(model, Tails(law=TailLaw.HEAVY, samples=present, kurtosis=kurtosis), present)
         text = f" The samples have heavy tails (excess kurtosis {kurtosis:.2g}), which the interval of N includes."
-        model = _with_fact(model, {"findings": ["heavy_tails"]}, text)
+        model = with_fact(model, {"findings": ["heavy_tails"]}, text)
     if not any(e.symbol == "Q" and e.supported for m in model.families for e in m.estimates):
         return model
     text = (
         " A spectral line near half the sample rate bends a curve like quantization; only the samples "
         "can distinguish them."
     )
-    return _with_fact(model, {"unseen": [_LINE]}, text)
+    return with_fact(model, {"unseen": [_LINE]}, text)
 
 
 def _mostly_white(model: NoiseModel, curve: AllanCurve) -> bool:
@@ -80,18 +87,15 @@ def _mostly_white(model: NoiseModel, curve: AllanCurve) -> bool:
     return white is not None and white.value is not None and white.value**2 > _MOSTLY * shortest
 
 
-def _with_fact(model: NoiseModel, fact: Mapping[str, Sequence[str]], text: str) -> NoiseModel:
-    families = [replace(m, goodness={**m.goodness, **fact}, verdict=m.verdict + text) for m in model.families]
-    return families[0] if len(families) == 1 else replace(families[0], alternative=families[1])
+def _has_lines_left(recording: Recording, model: NoiseModel, *, named: bool) -> bool:
+    """Whether there are spectral lines beyond those that the model holds.
 
-
-def _has_lines(recording: Recording, model: NoiseModel) -> bool:
-    """Whether there are spectral lines beyond those that the model holds."""
-    from allanite.noise.spectrum.estimation import power_spectrum
-
-    fitted = any(e.symbol.startswith("frequency") for e in model.estimates)
-    try:
-        with np.errstate(invalid="ignore", over="ignore"):  # squares of samples may be no numbers
-            return not fitted and bool(power_spectrum(recording, recording.names[0]).lines)
-    except AllaniteError:  # too short for a spectrum: nothing is seen
-        return False
+    A fit that looks for lines says so itself; one that was given their names does not know of others.
+    """
+    if not named:
+        return "lines_left_in" in model.goodness
+    held = [term.frequency for term in model.terms if isinstance(term, Sinusoid)]
+    return any(
+        all(abs(line.frequency - f) > 2 * line.width for f in held)
+        for line in spectral_lines(recording, recording.names[0])
+    )

@@ -5,13 +5,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 from allanite.noise import Estimate, NoiseModel
 from allanite.noise.quick_terms import with_quick_terms_white
 from allanite.plain_files.counted import listed
 from allanite.quantities.number_words import duration
 
-__all__ = ["power_law_words", "quick_words", "stand_in_words", "supported_words", "with_slow_notes"]
+__all__ = [
+    "power_law_words",
+    "quick_words",
+    "stand_in_words",
+    "supported_words",
+    "with_fact",
+    "with_slow_notes",
+]
 
 _NAMES = {
     "Q": "quantisation",
@@ -115,3 +123,9 @@ def with_slow_notes(estimates: Sequence[Estimate], facts: Mapping[str, float]) -
         return list(estimates)
     note = "; ".join([*notes, "a random walk is not excluded"])
     return [replace(e, note=note) if e.symbol == "K" and e.supported else e for e in estimates]
+
+
+def with_fact(model: NoiseModel, fact: Mapping[str, Any], text: str) -> NoiseModel:
+    """The model, with a fact in the `goodness` and a text in the verdict of each of its families."""
+    families = [replace(m, goodness={**m.goodness, **fact}, verdict=m.verdict + text) for m in model.families]
+    return families[0] if len(families) == 1 else replace(families[0], alternative=families[1])

@@ -11,7 +11,7 @@ Conventions (whole package): rate in rad/s (acceleration in m/s^2, ...), two-sid
 
 ``terms``, ``model``, ``state_space``, ``markov``
     What a sensor's noise is. ``datasheet`` and ``given_models``: what sheets and words say of it. ``quick_terms``:
-    Gauss-Markov terms of a few samples, which consumers take for white noise.
+    Gauss-Markov terms of a few samples, which consumers take for white noise; ``sinusoid_sum`` many spectral lines.
 ``allan``, ``spectrum``, ``span_means``
     What a record shows of it: curve, density, and means over spans with their covariance.
 

@@ -227,7 +227,7 @@ def _fit(
     name, shown, rest = curves.name, curves.shown, lines.rest
     try:
         if request.method == "likelihood":
-            model = fit(rest, method=request.method, confidence=request.confidence, screen=False)
+            model = fit(rest, method="likelihood", lines=(), confidence=request.confidence, screen=False)
         else:
             model = fit(
                 curves.fitted, exclude=bent.excluded, confidence=request.confidence, floor=below, screen=False

@@ -145,7 +145,8 @@ def allan(
     "--lines",
     metavar="FREQUENCIES",
     type=Frequencies(),
-    help="Frequencies in Hz of spectral lines to fit with the noise, by likelihood: 12.3,50.",
+    help="Spectral lines to fit with the noise, by likelihood: auto (the steady ones of the spectrum), none, or "
+    "frequencies in Hz like 12.3,50.  [default: auto]",
 )
 @floor_option
 @accept_option
@@ -173,7 +174,7 @@ def fit(
             place_of(curve_or_log),
             method=method,
             terms=terms,
-            lines=lines or (),
+            lines=lines,
             floor=floor,
             accept=accept,
             progress=advance,

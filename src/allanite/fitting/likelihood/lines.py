@@ -41,6 +41,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
+from allanite.noise.sinusoid_sum import SinusoidSum
 
 __all__ = ["FEWEST_PERIODS", "GIVEN_WIDTHS", "Line", "checked_lines", "fit_lines", "line_price", "without"]
 
@@ -93,21 +94,21 @@ class Line:
     def amplitude(self) -> float:
         return math.hypot(self.cosine, self.sine)
 
-    def samples(self, first: int, count: int) -> Array:
-        """What the line adds to samples [first, first + count)."""
-        angle = 2 * np.pi * self.frequency * np.arange(first, first + count)
-        return np.asarray(self.cosine * np.cos(angle) + self.sine * np.sin(angle))
-
 
 def without(chunks: Iterator[Array], lines: Sequence[Line]) -> Iterator[Array]:
     """The record less its lines."""
+    if not lines:
+        yield from chunks
+        return
+    waves = SinusoidSum(
+        frequencies=np.array([line.frequency for line in lines]),
+        cosines=np.array([line.cosine for line in lines]),
+        sines=np.array([line.sine for line in lines]),
+    )
     first = 0
     for chunk in chunks:
-        rest = chunk
-        for line in lines:
-            rest = rest - line.samples(first, len(chunk))
+        yield chunk - waves.samples(first, len(chunk))
         first += len(chunk)
-        yield rest
 
 
 def checked_lines(lines: Iterable[float]) -> list[float]:
@@ -122,7 +123,7 @@ def checked_lines(lines: Iterable[float]) -> list[float]:
         return [float(f) for f in lines]
     except (TypeError, ValueError):
         raise InputError(
-            f"lines must be a list of frequencies in Hz, as in lines=[12.3], not {lines!r}"
+            f"lines must be a list of frequencies in Hz, as in lines=[12.3], or 'auto', not {lines!r}"
         ) from None
 
 

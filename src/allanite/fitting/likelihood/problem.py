@@ -15,7 +15,14 @@ from allanite.errors import DataQualityError, InputError
 from allanite.fitting.design import SHORTEST_TIME, TIME_POWER
 from allanite.fitting.likelihood.bands import Band, ModeBand, bands, explained, first_guess
 from allanite.fitting.likelihood.exact import sharpened, shifted
-from allanite.fitting.likelihood.lines import FEWEST_PERIODS, Line, checked_lines, fit_lines, without
+from allanite.fitting.likelihood.lines import (
+    FEWEST_PERIODS,
+    GIVEN_WIDTHS,
+    Line,
+    checked_lines,
+    fit_lines,
+    without,
+)
 from allanite.fitting.likelihood.maximum import LikelihoodSearch, Peak, maximise
 from allanite.fitting.likelihood.objective import Objective, RandomTerm
 from allanite.fitting.likelihood.pyramid import build
@@ -107,6 +114,8 @@ class LikelihoodProblem:
         Likelihood in sample units: value, gradient, information.
     lines : tuple of Line
         Removed beforehand.
+    widths : float
+        Over how many widths of a line, 1/record, each was looked for.
     correction : (Peak, ndarray) or None
         Where the exact likelihood was compared with the composite, and what is added to the gradient since.
     shortest : float [samples]
@@ -124,6 +133,7 @@ class LikelihoodProblem:
     recording: Recording = field(repr=False)
     correction: tuple[Peak, Array] | None = field(default=None, repr=False)
     shortest: float = SHORTEST_TIME
+    widths: float = GIVEN_WIDTHS
 
     @classmethod
     def of(
@@ -188,8 +198,10 @@ class LikelihoodProblem:
             recording=recording,
         )
 
-    def with_lines(self, frequencies: Sequence[float]) -> LikelihoodProblem:
+    def with_lines(self, frequencies: Sequence[float], widths: float = GIVEN_WIDTHS) -> LikelihoodProblem:
         """The same without the spectral lines near these frequencies [Hz], whose parameters are fitted.
+
+        Each was looked for over so many `widths` of a line, which decides whether it is supported.
 
         Raises
         ------
@@ -215,11 +227,12 @@ class LikelihoodProblem:
                 lambda: _rates(self.recording, name), self.n_samples, [f * self.dt for f in frequencies]
             )
         made = LikelihoodProblem.of(self.recording, name, block=self.block, engine=self.engine, lines=fitted)
-        return replace(made, shortest=self.shortest)
+        return replace(made, shortest=self.shortest, widths=widths)
 
     def coarser(self, block: int) -> LikelihoodProblem:
         """The same from means over so many samples, with the lines that were removed."""
-        return LikelihoodProblem.of(self.recording, self.channel.name, block=block, lines=self.lines)
+        made = LikelihoodProblem.of(self.recording, self.channel.name, block=block, lines=self.lines)
+        return replace(made, widths=self.widths)
 
     @property
     def search(self) -> LikelihoodSearch:

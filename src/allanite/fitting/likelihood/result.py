@@ -20,10 +20,12 @@ from allanite.fitting.likelihood.family import (
     fit_family,
     flicker_limit,
 )
-from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_price
+from allanite.fitting.likelihood.lines import line_price
 from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem, Maximum, checked_letters
+from allanite.fitting.likelihood.proposed_lines import AskedLines, proposed_lines
 from allanite.fitting.likelihood.slow import ShownSum, slow_facts
+from allanite.fitting.lines_left_in import with_lines_left_in
 from allanite.fitting.rivals import (
     DOUBTFUL,
     PAYS_FOR_TIME,
@@ -49,7 +51,7 @@ def fit_likelihood(
     *,
     channel: str | None = None,
     terms: str | Sequence[str] | None = None,
-    lines: Sequence[float] = (),
+    lines: AskedLines = "auto",
     engine: str = "auto",
     confidence: float = 0.95,
     block: int | None = None,
@@ -65,8 +67,9 @@ def fit_likelihood(
         The sum to fit, by letters: Q, N, B, K, R, and G once or twice for Gauss-Markov terms, as in "NGK" or "NGGK".
         By default flicker or a Gauss-Markov term, or both models, besides Q, N, K and R; and two Gauss-Markov terms
         where one does not explain the record and two do.
-    lines : sequence of float [Hz]
-        Spectral lines to be fitted with the noise.
+    lines : sequence of float [Hz], or "auto"
+        Spectral lines that are fitted with the noise: near these frequencies, or the steady lines of the spectrum.
+        Others that the spectrum shows stay in the record: "lines_left_in" of `goodness` [Hz], and the verdict.
     engine : "auto", "composite" or "exact"
         "auto" is the composite, see `LikelihoodProblem.of`.
     confidence : float
@@ -78,7 +81,8 @@ def fit_likelihood(
     ------
     InputError
         Another engine, a channel that is not there, letters that are no terms, a confidence outside ]0, 1[, a block
-        that is no number of samples, lines that are no frequencies below rate/2 or have fewer than four periods.
+        that is no number of samples, lines that are neither "auto" nor frequencies below rate/2 with at least
+        four periods.
     DataQualityError
         Too few samples or no noise.
     FitError
@@ -93,15 +97,17 @@ def fit_likelihood(
         raise InputError(f"engine must be 'auto', 'composite' or 'exact', not {engine!r}")
     kind = "exact" if engine == "exact" else "composite"
     letters = None if terms is None else checked_letters(terms)
-    frequencies = checked_lines(lines)
     problem = LikelihoodProblem.of(recording, channel, block=1 if block is None else block, engine=kind)
-    if frequencies:
-        problem = problem.with_lines(frequencies)
+    proposed = proposed_lines(problem, lines)
+    if proposed.frequencies:
+        problem = problem.with_lines(proposed.frequencies, proposed.widths)
     if letters is not None:
-        return _given(problem, letters, confidence)
-    if block is None and kind == "composite":
-        return _judged(explained_part(problem, _looked_at), confidence)
-    return fit_problem(problem, confidence)
+        model = _given(problem, letters, confidence)
+    elif block is None and kind == "composite":
+        model = _judged(explained_part(problem, _looked_at), confidence)
+    else:
+        model = fit_problem(problem, confidence)
+    return with_lines_left_in(model, proposed.left_in)
 
 
 def fit_problem(problem: LikelihoodProblem, confidence: float = 0.95) -> NoiseModel:
@@ -233,7 +239,7 @@ def _model(
         family="gauss-markov" if "G" in fit.letters else "flicker",
         estimates=(
             *with_slow_notes(_estimates(problem, fit, confidence), slow or {}),
-            *_line_estimates(described, confidence),
+            *_line_estimates(described, problem.widths, confidence),
         ),
         confidence=confidence,
         covariance=described.covariance,
@@ -294,11 +300,11 @@ def _estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence:
     return [*estimates, *_slope_estimates(problem, fit), *markov]
 
 
-def _line_estimates(maximum: Maximum, confidence: float) -> Iterator[Estimate]:
+def _line_estimates(maximum: Maximum, widths: float, confidence: float) -> Iterator[Estimate]:
     """Amplitude and frequency of each line: normal intervals by the density of the noise at the line.
 
-    The largest wave within reach of the given frequency is never nothing: a line that noise alone would give in one of
-    a hundred records is a limit.
+    The largest wave within the widths over which it was looked for is never nothing: a line that noise alone would
+    give in one of a hundred records is a limit.
     """
     symbols = maximum.covariance.get("symbols", [])
     lines = [i for i, s in enumerate(symbols) if s.startswith(("amplitude", "frequency"))]
@@ -307,7 +313,7 @@ def _line_estimates(maximum: Maximum, confidence: float) -> Iterator[Estimate]:
         symbol, value = symbols[i], maximum.parameters[symbols[i]]
         ends = half * math.sqrt(maximum.covariance["matrix"][i][i]) * value
         if symbol.startswith("amplitude"):
-            supported = 1 / maximum.covariance["matrix"][i][i] > line_price(GIVEN_WIDTHS)
+            supported = 1 / maximum.covariance["matrix"][i][i] > line_price(widths)
         if symbol.startswith("amplitude") and not supported:
             yield limit_estimate(symbol, value + ends)
         else:

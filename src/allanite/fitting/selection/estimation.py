@@ -14,18 +14,18 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Literal
 
 from allanite.errors import FitError, InputError
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.likelihood.coarser import EXPLAINED, explained_part
-from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_price
+from allanite.fitting.likelihood.lines import line_price
+from allanite.fitting.likelihood.proposed_lines import AskedLines, proposed_lines
 from allanite.fitting.likelihood.slow import ShownSum, slow_facts
-from allanite.fitting.selection.lines import gains_of, steady_lines
-from allanite.fitting.selection.results import Candidate, ChosenLine, LineLeftIn, Selection
+from allanite.fitting.lines_left_in import LineLeftIn
+from allanite.fitting.selection.lines import gains_of
+from allanite.fitting.selection.results import Candidate, ChosenLine, Selection
 from allanite.fitting.selection.search import Letters, Progress, TermSearch
 from allanite.quantities.probabilities import require_probabilities
 from allanite.recording.records import Recording, checked_recording
@@ -46,7 +46,7 @@ def select(
     recording: Recording | LikelihoodProblem,
     *,
     channel: str | None = None,
-    lines: Sequence[float] | Literal["auto"] = (),
+    lines: AskedLines = "auto",
     confidence: float = 0.95,
     progress: Progress | None = None,
 ) -> Selection:
@@ -60,7 +60,7 @@ def select(
         Channel of a recording; may be omitted if there is only one.
     lines : sequence of float [Hz], or "auto"
         Spectral lines that may be terms: near these frequencies, or the steady lines of the spectrum. A line is a term
-        if its gain in likelihood pays its price (`line_price`).
+        if its gain in likelihood pays its price (`line_price`). A problem has its lines.
     confidence : float
         Level of the intervals of the model.
     progress : callable, optional
@@ -87,31 +87,20 @@ def select(
     """
     require_probabilities(confidence=confidence)
     if isinstance(recording, LikelihoodProblem):
-        if channel is not None or len(lines):
+        if channel is not None or (not isinstance(lines, str) and len(lines)):
             raise InputError(
                 "the problem has its channel and its lines already: leave out channel= and lines="
             )
         return _selected(TermSearch(recording, progress), (), (), confidence)
     problem = LikelihoodProblem.of(checked_recording(recording, "select"), channel)
-    frequencies, left_in, widths = _proposed(problem, lines, progress)
-    if frequencies:
-        problem = problem.with_lines(frequencies)
+    if progress is not None and lines == "auto":
+        progress(0.0, "looking for lines")
+    proposed = proposed_lines(problem, lines)
+    if proposed.frequencies:
+        problem = problem.with_lines(proposed.frequencies, proposed.widths)
     search = explained_part(problem, partial(_searched, progress=progress))
-    search, tried = _paying(search, line_price(widths))
-    return _selected(search, tried, left_in, confidence)
-
-
-def _proposed(
-    problem: LikelihoodProblem, lines: Sequence[float] | Literal["auto"], progress: Progress | None
-) -> tuple[list[float], tuple[LineLeftIn, ...], float]:
-    """Frequencies of lines, those that cannot be terms, and over how many widths of a line each was looked for."""
-    if isinstance(lines, str):
-        if lines != "auto":
-            raise InputError(f"lines must be frequencies in Hz, or 'auto', not {lines!r}")
-        if progress is not None:
-            progress(0.0, "looking for lines")
-        return (*steady_lines(problem), problem.n_samples / 2)
-    return checked_lines(lines), (), GIVEN_WIDTHS
+    search, tried = _paying(search, line_price(proposed.widths))
+    return _selected(search, tried, proposed.left_in, confidence)
 
 
 def _searched(problem: LikelihoodProblem, progress: Progress | None) -> tuple[TermSearch, float]:
@@ -166,7 +155,7 @@ def _paying(search: TermSearch, price: float) -> tuple[TermSearch, tuple[ChosenL
             ChosenLine(frequency=frequencies[weakest], amplitude=math.nan, gain=min(gains), price=price),
         )
         rest = [f for i, f in enumerate(frequencies) if i != weakest]
-        search = TermSearch(problem.with_lines(rest), search.progress)
+        search = TermSearch(problem.with_lines(rest, problem.widths), search.progress)
     return search, tuple(left_out)
 
 

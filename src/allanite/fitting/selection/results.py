@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 
 from allanite.errors import FormatError
 from allanite.fitting.likelihood import Maximum
+from allanite.fitting.lines_left_in import LineLeftIn
 from allanite.fitting.selection.averaging import averaged
 from allanite.fitting.selection.search import MOST_MARKOV, ORDER, Letters, named
 from allanite.fitting.selection.verdict import SelectionVerdict
@@ -28,7 +29,6 @@ __all__ = [
     "Candidate",
     "ChannelSelection",
     "ChosenLine",
-    "LineLeftIn",
     "RankedSet",
     "Selection",
     "TermSelection",
@@ -164,30 +164,6 @@ class ChosenLine(Result):
     def kept(self) -> bool:
         """Whether the line is a term of the model."""
         return self.gain > self.price
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LineLeftIn(Result):
-    """A line of the spectrum that cannot be a term, and stays in the record.
-
-    Attributes
-    ----------
-    frequency : float [Hz]
-        Of the line.
-    note : str
-        Why it is no sinusoid; "" where it has too few periods to be told from slow noise.
-    """
-
-    frequency: float
-    note: str
-
-    @property
-    def words(self) -> str:
-        """In a sentence."""
-        line = f"the line at {self.frequency:.4g} Hz"
-        if self.note:
-            return f"{line} is no sinusoid and stays in the record: {self.note}"
-        return f"{line} has too few periods to be told from slow noise and stays in the record"
 
 
 # -- what weights say --------------------------------------------------------------------------------------

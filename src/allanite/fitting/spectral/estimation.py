@@ -17,6 +17,7 @@ from dataclasses import replace
 from functools import partial
 
 from allanite.errors import DataQualityError, InputError
+from allanite.fitting.lines_left_in import unsteady, with_lines_left_in
 from allanite.fitting.rivals import leaves_slow_noise_open, supported_families
 from allanite.fitting.spectral.misfit import Explained, best_explained
 from allanite.fitting.spectral.ordinates import Ordinates, ordinates_of
@@ -97,7 +98,8 @@ def fit_spectral(
     )
     models = over_families([model_of(fit, recording[name], confidence, left_out) for fit in fits])
     verdict = verdict_of(models)
-    return with_alternative([replace(m, terms=(*m.terms, *lines), verdict=verdict) for m in models])
+    model = with_alternative([replace(m, terms=(*m.terms, *lines), verdict=verdict) for m in models])
+    return with_lines_left_in(model, unsteady(spectrum.lines))
 
 
 def spectral_ordinates(

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Sinusoid
+from allanite.noise.sinusoid_sum import SinusoidSum
 from allanite.noise.spectrum.lines import SpectralLine
 from allanite.noise.spectrum.periodogram import rate_blocks
 from allanite.noise.spectrum.results import Spectrum
@@ -89,23 +90,22 @@ def without_stable_lines(recording: Recording, spectrum: Spectrum) -> Recording:
     alone = recording.select(spectrum.channel)
     if not lines:
         return alone
-    scale = alone.channels[0].scale
-    tones = tuple((line.amplitude / scale, line.frequency / recording.rate, line.phase) for line in lines)
-    integrated = recording.rate if alone.channels[0].kind.integrated else 0.0
-    return replace(alone, columns=(_WithoutTones(alone.columns[0], tones, integrated),))
+    channel = alone.channels[0]
+    frequency, size, phase = np.array([(x.frequency, x.amplitude, x.phase) for x in lines]).T
+    frequency, size = frequency / recording.rate, size / channel.scale
+    if channel.kind.integrated:  # the running sum of A sin(2 pi f k + phase)/rate, less a constant
+        size = size / recording.rate / (2 * np.sin(np.pi * frequency))
+        phase = phase + np.pi * frequency - np.pi / 2
+    waves = SinusoidSum(frequencies=frequency, cosines=size * np.sin(phase), sines=size * np.cos(phase))
+    return replace(alone, columns=(_WithoutWaves(alone.columns[0], waves),))
 
 
 @dataclass(frozen=True, slots=True)
-class _WithoutTones:
-    """A column without some sinusoids: (amplitude, cycles per sample, phase of the sine at the first sample).
-
-    An amplitude is in the column's own unit, negative where the scale factor is.
-    `integrated` is the rate of samples that are running sums, 0 for others.
-    """
+class _WithoutWaves:
+    """A column without some sinusoids, in its own unit."""
 
     of: Column
-    tones: tuple[tuple[float, float, float], ...]
-    integrated: float
+    waves: SinusoidSum
 
     @property
     def origin(self) -> float:
@@ -120,16 +120,7 @@ class _WithoutTones:
 
     def read(self, start: int, stop: int) -> Array:
         samples = self.of.read(start, stop)
-        position = np.arange(start, start + len(samples), dtype=np.float64)
-        total = np.zeros(len(samples))
-        for amplitude, cycles, phase in self.tones:
-            if self.integrated:  # the running sum of A sin(2 pi c k + phase)/rate, less a constant
-                half = math.pi * cycles
-                angle = 2 * np.pi * (cycles * position % 1.0) + phase + half
-                total -= amplitude / self.integrated / (2 * math.sin(half)) * np.cos(angle)
-            else:
-                total += amplitude * np.sin(2 * np.pi * (cycles * position % 1.0) + phase)
-        return np.asarray(samples - total)
+        return np.asarray(samples - self.waves.samples(start, len(samples)))
 
 
 # -- amplitudes, segment by segment ------------------------------------------------------------------------
