@@ -15,6 +15,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.selection import PRICE, Selection, line_price, select
 from allanite.fitting.selection.averaging import averaged
+from allanite.fitting.selection.lines import gains_of
 from allanite.fitting.selection.search import TermSearch, all_sets, named, neighbours
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, RandomWalk, TermType, White
 from allanite.recording.records import Recording
@@ -149,6 +150,17 @@ def test_a_line_is_a_term_if_it_pays() -> None:
     assert found.best.words == "white noise" and len(found.model.terms) == 2
     (seen,) = select(with_line(0.5), lines="auto").lines
     assert seen.kept and seen.price == line_price(2048)
+
+
+@pytest.mark.parametrize("apart", [0.0005, 0.05])
+def test_gains_are_those_of_lines_that_are_fitted_anew(apart: float) -> None:
+    """Lines a few widths apart share what one of them leaves; others do not: to a thousandth of a gain."""
+    k, tones = np.arange(8192), (0.1234, 0.1234 + apart)
+    y = np.random.default_rng(8).standard_normal(8192) + sum(0.2 * np.sin(2 * np.pi * f * k) for f in tones)
+    problem = LikelihoodProblem.of(Recording.from_rate(y, rate=1.0, unit="rad/s")).with_lines(tones)
+    whole = problem.maximum(("N",)).log_likelihood
+    anew = [2 * (whole - problem.with_lines([f]).maximum(("N",)).log_likelihood) for f in tones[::-1]]
+    assert gains_of(problem, ("N",)) == pytest.approx(anew, abs=1e-3 * max(anew))
 
 
 # -- intervals --------------------------------------------------------------------------------------------

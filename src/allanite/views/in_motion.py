@@ -93,7 +93,7 @@ def _row(channel: ChannelInMotion) -> tuple[str, ...]:
         channel.name,
         channel.log,
         str(channel.inflation),
-        number(facts.noise) if facts is not None and facts.lines else "no more",
+        number(facts.noise) if facts is not None and facts.lines else "the same",
         str(channel.slow) if channel.slow.resolved else "not resolved",
         probability(channel.p),
     )

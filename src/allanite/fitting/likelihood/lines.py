@@ -43,7 +43,7 @@ from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise.sinusoid_sum import SinusoidSum
 
-__all__ = ["FEWEST_PERIODS", "GIVEN_WIDTHS", "Line", "checked_lines", "fit_lines", "line_price", "without"]
+__all__ = ["FEWEST_PERIODS", "GIVEN_WIDTHS", "Line", "checked_lines", "fit_lines", "line_price", "near", "without"]
 
 Array = NDArray[np.float64]
 Chunks = Callable[[], Iterator[Array]]
@@ -148,6 +148,11 @@ def fit_lines(chunks: Chunks, n_samples: int, frequencies: Sequence[float]) -> t
         if len(groups) == 1 or all(k in before and _stands(before[k], fitted[k], n_samples) for k in fitted):
             break
     return tuple(fitted[k] for k in range(len(frequencies)))
+
+
+def near(line: Line, others: Iterable[Line], n_samples: int) -> bool:
+    """Whether a line is fitted together with one of the others."""
+    return any(abs(line.frequency - other.frequency) * n_samples < _NEAR for other in others)
 
 
 def _neighbours(frequencies: Sequence[float], n_samples: int) -> list[list[tuple[float, int]]]:

@@ -21,6 +21,7 @@ from allanite.fitting.likelihood.lines import (
     Line,
     checked_lines,
     fit_lines,
+    near,
     without,
 )
 from allanite.fitting.likelihood.maximum import LikelihoodSearch, Peak, maximise
@@ -228,6 +229,19 @@ class LikelihoodProblem:
             )
         made = LikelihoodProblem.of(self.recording, name, block=self.block, engine=self.engine, lines=fitted)
         return replace(made, shortest=self.shortest, widths=widths)
+
+    def with_line_left_in(self, which: int) -> LikelihoodProblem:
+        """The same with one of the lines in the record.
+
+        The others stay as they are fitted, unless one is near: it would take some of the line that is left in.
+        """
+        others = [line for i, line in enumerate(self.lines) if i != which]
+        if near(self.lines[which], others, self.n_samples):
+            return self.with_lines([line.frequency / self.dt for line in others], self.widths)
+        made = LikelihoodProblem.of(
+            self.recording, self.channel.name, block=self.block, engine=self.engine, lines=others
+        )
+        return replace(made, shortest=self.shortest, widths=self.widths)
 
     def coarser(self, block: int) -> LikelihoodProblem:
         """The same from means over so many samples, with the lines that were removed."""

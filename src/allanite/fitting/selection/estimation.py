@@ -142,7 +142,7 @@ def _paying(search: TermSearch, price: float) -> tuple[TermSearch, tuple[ChosenL
         letters, problem = search.best(), search.problem
         terms = problem.sinusoids()
         frequencies = [term.frequency for term in terms]
-        gains = gains_of(problem, letters, frequencies)
+        gains = gains_of(problem, letters)
         if min(gains) > price:
             kept = zip(terms, gains, strict=True)
             lines = [

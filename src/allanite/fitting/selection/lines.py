@@ -3,27 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.selection.search import Letters
 
 __all__ = ["gains_of"]
 
 
-def gains_of(problem: LikelihoodProblem, letters: Letters, frequencies: Sequence[float]) -> list[float]:
+def gains_of(problem: LikelihoodProblem, letters: Letters) -> list[float]:
     """What the removal of each line alone would cost in 2 ln L, among all of them and these terms.
 
     Parameters
     ----------
     problem : LikelihoodProblem
         With all lines.
-    frequencies : sequence of float [Hz]
-        Of its lines.
     """
     whole = problem.maximum(letters).log_likelihood
-    gains = []
-    for i in range(len(frequencies)):
-        less = problem.with_lines([f for j, f in enumerate(frequencies) if j != i])
-        gains.append(2 * (whole - less.maximum(letters).log_likelihood))
-    return gains
+    less = (problem.with_line_left_in(i).maximum(letters) for i in range(len(problem.lines)))
+    return [2 * (whole - maximum.log_likelihood) for maximum in less]
