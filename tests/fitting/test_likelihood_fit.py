@@ -319,6 +319,19 @@ def test_refusals_say_what_to_do() -> None:
         al.fit(Recording.from_rate(np.full(1000, np.nan), rate=1.0, unit="rad/s"))
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_the_exact_engine_finds_its_terms_itself(seed: int) -> None:
+    """Terms that are left out on the way have no part in what the exact likelihood adds."""
+    x = Recording.from_rate(np.random.default_rng(seed).standard_normal(2048), rate=1.0, unit="rad/s")
+    exact, composite = al.fit(x, engine="exact"), al.fit(x)
+    assert exact.goodness["engine"] == "exact"
+    one, other = exact.estimate("N"), composite.estimate("N")
+    assert one is not None and other is not None
+    assert one.value == pytest.approx(other.value, rel=0.01) and one.upper == pytest.approx(
+        other.upper, rel=0.01
+    )
+
+
 def test_fit_takes_lines_from_the_command_line(run: Run, tmp_path: Path) -> None:
     model = NoiseModel.of(White(N=1e-4), Sinusoid(amplitude=5e-5, frequency=1.3))
     path = tmp_path / "line.npy"

@@ -6,6 +6,7 @@ import pytest
 from scipy.stats import binom, norm
 
 import allanite as al
+from allanite.noise.spectrum.lines import SpectralLine
 
 UNIT, N_SAMPLES = 1e-4, 7200
 
@@ -52,7 +53,7 @@ def test_a_line_that_is_no_sinusoid_is_named(method):
     assert model.goodness["findings"] == ["spectral_line"]
     assert "Found in the samples: spectral_line" in model.verdict
     (left,) = model.goodness["lines_left_in"]
-    assert abs(left - 0.2) < 0.01 and "is no sinusoid and stays in the record" in model.verdict
+    assert abs(left - 0.2) < 0.01 and "stays in the record: amplitude and phase wander" in model.verdict
     assert "findings" not in al.fit(recorded(y), method=method, screen=False).goodness
 
 
@@ -69,8 +70,41 @@ def test_findings_that_are_known_are_not_looked_for_again(monkeypatch):
 def test_lines_beside_those_that_are_asked_for_are_named():
     y = np.random.default_rng(1).standard_normal(N_SAMPLES) + line(0.21) + line(0.33)
     assert "findings" not in al.fit(recorded(y), lines=[0.21, 0.33]).goodness
-    for asked in ([0.21], []):
-        assert al.fit(recorded(y), lines=asked).goodness["findings"] == ["spectral_line"]
+    one, none = (al.fit(recorded(y), lines=asked) for asked in ([0.21], []))
+    for model, left in ((one, [0.33]), (none, [0.21, 0.33])):
+        assert model.goodness["findings"] == ["spectral_line"]
+        assert model.goodness["lines_left_in"] == pytest.approx(left, abs=1e-3)
+    assert "The line at 0.33 Hz stays in the record: it was not asked for." in one.verdict
+    assert "These lines stay in the record: 0.21 Hz and 0.33 Hz." in none.verdict
+
+
+@pytest.mark.parametrize("fitted", [al.fit, al.select], ids=["fit", "select"])
+def test_a_line_hides_no_other_slope(fitted):
+    """Beside f^-1.3 neither flicker nor a walk is shown, and the range of slopes is said, with a line as without."""
+    n, rng = 28_800, np.random.default_rng(1)
+    frequency = np.fft.rfftfreq(2 * n)
+    spectrum = np.fft.rfft(rng.standard_normal(2 * n))
+    spectrum[1:] *= (200 * frequency[1:]) ** -0.65
+    y = rng.standard_normal(n) + np.fft.irfft(spectrum)[:n]
+    beside = fitted(recorded(y + 0.3 * np.sin(2 * np.pi * 0.21 * np.arange(n))))
+    alone = fitted(recorded(y))
+    shown = [
+        [e.symbol for e in getattr(found, "model", found).estimates if e.supported and len(e.symbol) == 1]
+        for found in (alone, beside)
+    ]
+    assert shown[0] == shown[1]
+    facts = [getattr(found, "slow", None) or found.goodness for found in (alone, beside)]
+    for end in ("slope_lower", "slope_upper"):
+        assert facts[1][end] == pytest.approx(facts[0][end], abs=0.1)
+
+
+def test_a_line_that_the_model_explains_as_noise_is_no_term(monkeypatch):
+    """The spectrum may show a line, once in a thousand records, that does not pay its price in likelihood."""
+    seen = SpectralLine(frequency=0.2, amplitude=1e-6, significance=3.0, width=1e-3, stable=True)
+    monkeypatch.setattr("allanite.fitting.likelihood.proposed_lines.spectral_lines", lambda *_: (seen,))
+    model = al.fit(recorded(np.random.default_rng(1).standard_normal(N_SAMPLES)))
+    assert not any(isinstance(t, al.Sinusoid) for t in model.terms)
+    assert model.goodness["lines_left_in"] == [0.2] and "the model explains it as noise" in model.verdict
 
 
 @pytest.mark.long

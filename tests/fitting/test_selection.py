@@ -152,11 +152,21 @@ def test_a_line_is_a_term_if_it_pays() -> None:
     assert seen.kept and seen.price == line_price(2048)
 
 
-@pytest.mark.parametrize("apart", [0.0005, 0.05])
-def test_gains_are_those_of_lines_that_are_fitted_anew(apart: float) -> None:
-    """Lines a few widths apart share what one of them leaves; others do not: to a thousandth of a gain."""
+def test_lines_may_be_an_array_and_a_record_short() -> None:
+    said: list[str] = []
+    found = select(with_line(0.2), lines=np.array([0.1234]), progress=lambda _, what: said.append(what))
+    assert [line.kept for line in found.lines] == [True] and "looking for lines" not in said
+    short = Recording.from_rate(np.random.default_rng(4).standard_normal(8), rate=1.0, unit="rad/s")
+    assert select(short).candidates
+
+
+@pytest.mark.parametrize(("apart", "period"), [(0.0005, 0), (0.05, 0), (0.01, 100)])
+def test_gains_are_those_of_lines_that_are_fitted_anew(apart: float, period: int) -> None:
+    """Lines a few widths apart, or as far as gaps come again, share what one of them leaves; others do not."""
     k, tones = np.arange(8192), (0.1234, 0.1234 + apart)
     y = np.random.default_rng(8).standard_normal(8192) + sum(0.2 * np.sin(2 * np.pi * f * k) for f in tones)
+    if period:
+        y[k % period >= period // 2] = np.nan
     problem = LikelihoodProblem.of(Recording.from_rate(y, rate=1.0, unit="rad/s")).with_lines(tones)
     whole = problem.maximum(("N",)).log_likelihood
     anew = [2 * (whole - problem.with_lines([f]).maximum(("N",)).log_likelihood) for f in tones[::-1]]
@@ -201,6 +211,8 @@ def test_refusals(walking: Selection) -> None:
         select(made, confidence=1.0)
     with pytest.raises(InputError, match="leave out"):
         select(LikelihoodProblem.of(made), lines=[0.1])
+    with pytest.raises(InputError, match="list of frequencies"):
+        select(LikelihoodProblem.of(made), lines="all")  # type: ignore[arg-type]
     with pytest.raises(InputError):
         select(made, channel="nowhere")
     with pytest.raises(DataQualityError, match="usable samples"):

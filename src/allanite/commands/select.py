@@ -16,7 +16,7 @@ SELECT = Command(
         "Weighs every combination of quantization, white noise, flicker, up to two Gauss-Markov terms, random walk, "
         "ramp and spectral lines. Parameter intervals include the uncertainty about the combination."
     ),
-    example="allanite select gyro.parquet --lines auto --out selection",
+    example="allanite select gyro.parquet --lines 12.3 --out selection",
     options=(
         option(
             "lines", "--lines", "Spectral lines: auto (the steady ones of the spectrum), none, or frequencies in Hz "

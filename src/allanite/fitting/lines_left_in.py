@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Spectral lines that stay in a record: no term of the model is their sinusoid."""
+"""Spectral lines that stay in a record: none of the terms of its model is their sinusoid."""
 
 from __future__ import annotations
 
@@ -10,22 +10,26 @@ from allanite.fitting.verdict import with_fact
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
 from allanite.noise.spectrum.lines import SpectralLine
+from allanite.plain_files.counted import listed
 from allanite.quantities.result import Result
 from allanite.recording.records import Recording
 
 __all__ = ["LineLeftIn", "spectral_lines", "unsteady", "with_lines_left_in"]
 
 
+_NAMED = 5  # lines in a sentence
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LineLeftIn(Result):
-    """A line of the spectrum that cannot be a term, and stays in the record.
+    """A line of the spectrum that is no term, and stays in the record.
 
     Attributes
     ----------
     frequency : float [Hz]
         Of the line.
     note : str
-        Why it is no sinusoid; "" where it has too few periods to be told from slow noise.
+        Why.
     """
 
     frequency: float
@@ -34,10 +38,7 @@ class LineLeftIn(Result):
     @property
     def words(self) -> str:
         """In a sentence."""
-        line = f"the line at {self.frequency:.4g} Hz"
-        if self.note:
-            return f"{line} is no sinusoid and stays in the record: {self.note}"
-        return f"{line} has too few periods to be told from slow noise and stays in the record"
+        return f"the line at {self.frequency:.4g} Hz stays in the record: {self.note}"
 
 
 def spectral_lines(recording: Recording, name: str) -> tuple[SpectralLine, ...]:
@@ -62,5 +63,12 @@ def with_lines_left_in(model: NoiseModel, left_in: Sequence[LineLeftIn]) -> Nois
     """The model, and what its record holds besides: "lines_left_in" of `goodness` [Hz], and the verdict."""
     if not left_in:
         return model
-    text = "".join(f" {line.words[0].upper()}{line.words[1:]}." for line in left_in)
-    return with_fact(model, {"lines_left_in": [line.frequency for line in left_in]}, text)
+    return with_fact(model, {"lines_left_in": [line.frequency for line in left_in]}, f" {_sentence(left_in)}")
+
+
+def _sentence(left_in: Sequence[LineLeftIn]) -> str:
+    if len(left_in) == 1:
+        return f"{left_in[0].words[0].upper()}{left_in[0].words[1:]}."
+    places = [f"{line.frequency:.4g} Hz" for line in left_in[:_NAMED]]
+    more = [f"{len(left_in) - _NAMED} more"] if len(left_in) > _NAMED else []
+    return f"These lines stay in the record: {listed([*places, *more])}."

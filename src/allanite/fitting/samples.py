@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the samples of a record show that a sum of Gaussian noise terms does not hold.
 
-Heavy tails of the white noise enter the interval of N (`allanite.fitting.tails`). Spectral lines, and what the health
-checks find, are named: each may be taken for a term.
+Heavy tails of the white noise enter the interval of N (`allanite.fitting.tails`). Spectral lines that stay in the
+record, and what the health checks find, are named: each may be taken for a term.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from allanite.fitting.lines_left_in import spectral_lines
+from allanite.fitting.lines_left_in import LineLeftIn, spectral_lines, with_lines_left_in
 from allanite.fitting.tails import with_tails
 from allanite.fitting.verdict import with_fact
 from allanite.noise import NoiseModel, Sinusoid
@@ -52,7 +52,9 @@ def screened(
     model = with_tails(model, law_of(alone, name), alone.n_samples - missing)
     findings = check(alone) if findings is None else findings
     codes = [f.code for f in findings if f.severity is not Severity.INFO]
-    codes += [_LINE] if _has_lines_left(alone, model, named=lines_named) else []
+    if lines_named:
+        model = with_lines_left_in(model, _lines_beside(alone, model))
+    codes += [_LINE] if "lines_left_in" in model.goodness else []
     if not codes:
         return model
     names = list(dict.fromkeys(codes))
@@ -87,15 +89,11 @@ def _mostly_white(model: NoiseModel, curve: AllanCurve) -> bool:
     return white is not None and white.value is not None and white.value**2 > _MOSTLY * shortest
 
 
-def _has_lines_left(recording: Recording, model: NoiseModel, *, named: bool) -> bool:
-    """Whether there are spectral lines beyond those that the model holds.
-
-    A fit that looks for lines says so itself; one that was given their names does not know of others.
-    """
-    if not named:
-        return "lines_left_in" in model.goodness
+def _lines_beside(recording: Recording, model: NoiseModel) -> tuple[LineLeftIn, ...]:
+    """Spectral lines of a channel that the model does not hold."""
     held = [term.frequency for term in model.terms if isinstance(term, Sinusoid)]
-    return any(
-        all(abs(line.frequency - f) > 2 * line.width for f in held)
+    return tuple(
+        LineLeftIn(frequency=line.frequency, note="it was not asked for")
         for line in spectral_lines(recording, recording.names[0])
+        if all(abs(line.frequency - f) > 2 * line.width for f in held)
     )

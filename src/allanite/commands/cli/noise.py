@@ -161,7 +161,8 @@ def fit(
     """Fit a noise model to an Allan curve or to samples.
 
     CURVE_OR_LOG is a curve that `allan` saved, a curve from another program (--curve), or a log. A log with fatal
-    findings is refused. A fit to a log excludes its spectral lines; a fit to a curve cannot.
+    findings is refused. Steady spectral lines of a log are removed or, by likelihood, fitted with the noise; a fit to
+    a curve cannot do that.
     """
     from allanite.commands.curves import fit_file
     from allanite.study import model_file

@@ -300,7 +300,7 @@ class _Scanner:
         return np.asarray(np.maximum(counted, RANGE * self.cells.largest))
 
     def _calm(self) -> Mask:
-        """The tenth of the whole cells that moves least, in ranks summed over the axes."""
+        """The tenth of the whole cells that moves least, by its highest rank among the axes."""
         rank = np.zeros(np.count_nonzero(self.quiet), dtype=np.intp)
         for i in range(self.axes):
             order = np.argsort(self.cells.square[self.quiet, i])

@@ -100,14 +100,28 @@ def sharpened(
 def shifted(
     evaluate: Callable[[Point], LikelihoodValue], at: Peak, pull: Array
 ) -> Callable[[Point], LikelihoodValue]:
-    """The composite plus a linear function of coefficients and ln T."""
+    """The composite plus a linear function of coefficients and ln T; a term that is left out has none of it."""
+    known, origin = _keys(at.at), _parameters(at.at)
 
     def sum_of_both(p: Point) -> LikelihoodValue:
-        value = evaluate(p)
-        line = float(pull @ (_parameters(p) - _parameters(at.at)))
-        return replace(value, log_likelihood=value.log_likelihood + line, gradient=value.gradient + pull)
+        value, parameters = evaluate(p), dict(zip(_keys(p), _parameters(p), strict=True))
+        away = (
+            np.array([parameters.get(k, 0.0 if k[2] else o) for k, o in zip(known, origin, strict=True)])
+            - origin
+        )
+        pulled = dict(zip(known, pull, strict=True))
+        gradient = value.gradient + [pulled.get(k, 0.0) for k in parameters]
+        return replace(value, log_likelihood=value.log_likelihood + float(pull @ away), gradient=gradient)
 
     return sum_of_both
+
+
+def _keys(at: Point) -> list[tuple[str, int, bool]]:
+    """Names of the parameters: the letter, which of that letter, and whether it is the coefficient or ln T."""
+    letters = [k.symbol for k in at.components]
+    which = [(s, letters[:i].count(s)) for i, s in enumerate(letters)]
+    timed = [w for w, k in zip(which, at.components, strict=True) if k.T is not None]
+    return [*((*w, True) for w in which), *((*w, False) for w in timed)]
 
 
 def _parameters(at: Point) -> Array:

@@ -43,7 +43,16 @@ from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise.sinusoid_sum import SinusoidSum
 
-__all__ = ["FEWEST_PERIODS", "GIVEN_WIDTHS", "Line", "checked_lines", "fit_lines", "line_price", "near", "without"]
+__all__ = [
+    "FEWEST_PERIODS",
+    "GIVEN_WIDTHS",
+    "Line",
+    "checked_lines",
+    "fit_lines",
+    "line_price",
+    "near",
+    "without",
+]
 
 Array = NDArray[np.float64]
 Chunks = Callable[[], Iterator[Array]]
@@ -111,7 +120,7 @@ def without(chunks: Iterator[Array], lines: Sequence[Line]) -> Iterator[Array]:
         first += len(chunk)
 
 
-def checked_lines(lines: Iterable[float]) -> list[float]:
+def checked_lines(lines: Iterable[float | str]) -> list[float]:
     """Frequencies of lines as numbers.
 
     Raises

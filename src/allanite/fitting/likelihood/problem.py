@@ -29,6 +29,7 @@ from allanite.fitting.likelihood.objective import Objective, RandomTerm
 from allanite.fitting.likelihood.pyramid import build
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import GaussMarkov, Ramp, Sinusoid, TermType, term_of
+from allanite.noise.spectrum.stability import without_sinusoids
 from allanite.plain_files.counted import plural
 from allanite.recording.records import Channel, Recording
 
@@ -40,6 +41,7 @@ Array = NDArray[np.float64]
 LETTERS = ("Q", "N", "B", "K", "R", "G")
 _PART = 2.0  # of the record: a bias that outlasts it is a random walk
 _FEWEST = 8  # samples
+_NEARLY_ALL = 0.98  # of the samples: what gaps let one line take of another is no more than what is missing
 #: Noise [unit of the channel] whose square, and what is small beside it, are still numbers of full precision.
 _SMALLEST = 1e-135
 _MOST_MARKOV = 2
@@ -233,15 +235,24 @@ class LikelihoodProblem:
     def with_line_left_in(self, which: int) -> LikelihoodProblem:
         """The same with one of the lines in the record.
 
-        The others stay as they are fitted, unless one is near: it would take some of the line that is left in.
+        The others stay as they are fitted, unless one is near, or gaps let it take some of the line that is left in.
         """
         others = [line for i, line in enumerate(self.lines) if i != which]
-        if near(self.lines[which], others, self.n_samples):
+        full = self.objective.pyramid.present > _NEARLY_ALL * (self.n_samples // self.block)
+        if not full or near(self.lines[which], others, self.n_samples):
             return self.with_lines([line.frequency / self.dt for line in others], self.widths)
         made = LikelihoodProblem.of(
             self.recording, self.channel.name, block=self.block, engine=self.engine, lines=others
         )
         return replace(made, shortest=self.shortest, widths=self.widths)
+
+    @property
+    def without_lines(self) -> Recording:
+        """The channel alone, its lines removed."""
+        if not self.lines:
+            return self.recording.select(self.channel.name)
+        each = np.array([(x.frequency, x.amplitude, math.atan2(x.cosine, x.sine)) for x in self.lines])
+        return without_sinusoids(self.recording, self.channel.name, *each.T)
 
     def coarser(self, block: int) -> LikelihoodProblem:
         """The same from means over so many samples, with the lines that were removed."""

@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import Literal
 
-from allanite.fitting.likelihood.lines import FEWEST_PERIODS, GIVEN_WIDTHS, checked_lines
+from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines
 from allanite.fitting.likelihood.problem import LikelihoodProblem
 from allanite.fitting.lines_left_in import LineLeftIn, spectral_lines, unsteady
 from allanite.lazy_dataclasses import dataclass
 
-__all__ = ["AskedLines", "ProposedLines", "proposed_lines"]
+__all__ = ["AskedLines", "ProposedLines", "is_automatic", "proposed_lines"]
 
 #: Frequencies [Hz], or those that the spectrum shows.
 AskedLines = Sequence[float] | Literal["auto"]
@@ -24,15 +25,29 @@ class ProposedLines:
     Attributes
     ----------
     frequencies : tuple of float [Hz]
+    found : bool
+        In the spectrum, rather than named by the user.
     left_in : tuple of LineLeftIn
-        Lines of the spectrum that cannot be terms; none where the frequencies were named.
+        Lines of the spectrum that are no sinusoids.
     widths : float
         Over how many widths of a line, 1/record, each was looked for.
     """
 
     frequencies: tuple[float, ...]
+    found: bool
     left_in: tuple[LineLeftIn, ...]
     widths: float
+
+    def without(self, weak: Collection[float]) -> ProposedLines:
+        """The same without lines that noise alone explains."""
+        rest = tuple(f for f in self.frequencies if f not in weak)
+        left_in = (LineLeftIn(frequency=f, note="the model explains it as noise") for f in weak)
+        return replace(self, frequencies=rest, left_in=(*self.left_in, *left_in))
+
+
+def is_automatic(lines: AskedLines) -> bool:
+    """Whether the lines are those of the spectrum."""
+    return isinstance(lines, str) and lines == "auto"
 
 
 def proposed_lines(problem: LikelihoodProblem, lines: AskedLines) -> ProposedLines:
@@ -43,14 +58,13 @@ def proposed_lines(problem: LikelihoodProblem, lines: AskedLines) -> ProposedLin
     InputError
         Neither "auto" nor frequencies.
     """
-    if not (isinstance(lines, str) and lines == "auto"):
-        return ProposedLines(frequencies=tuple(checked_lines(lines)), left_in=(), widths=GIVEN_WIDTHS)
-    lowest = FEWEST_PERIODS / (problem.n_samples * problem.dt)
-    lines_seen = spectral_lines(problem.recording, problem.channel.name)
-    steady = [line for line in lines_seen if line.stable]
-    short = [LineLeftIn(frequency=line.frequency, note="") for line in steady if line.frequency < lowest]
+    if not is_automatic(lines):
+        named = tuple(checked_lines(lines))
+        return ProposedLines(frequencies=named, found=False, left_in=(), widths=GIVEN_WIDTHS)
+    shown = spectral_lines(problem.recording, problem.channel.name)
     return ProposedLines(
-        frequencies=tuple(line.frequency for line in steady if line.frequency >= lowest),
-        left_in=(*unsteady(lines_seen), *short),
+        frequencies=tuple(line.frequency for line in shown if line.stable),
+        found=True,
+        left_in=unsteady(shown),
         widths=problem.n_samples / 2,
     )

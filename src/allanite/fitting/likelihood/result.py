@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -23,7 +23,7 @@ from allanite.fitting.likelihood.family import (
 from allanite.fitting.likelihood.lines import line_price
 from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem, Maximum, checked_letters
-from allanite.fitting.likelihood.proposed_lines import AskedLines, proposed_lines
+from allanite.fitting.likelihood.proposed_lines import AskedLines, ProposedLines, proposed_lines
 from allanite.fitting.likelihood.slow import ShownSum, slow_facts
 from allanite.fitting.lines_left_in import with_lines_left_in
 from allanite.fitting.rivals import (
@@ -98,15 +98,28 @@ def fit_likelihood(
     kind = "exact" if engine == "exact" else "composite"
     letters = None if terms is None else checked_letters(terms)
     problem = LikelihoodProblem.of(recording, channel, block=1 if block is None else block, engine=kind)
-    proposed = proposed_lines(problem, lines)
-    if proposed.frequencies:
-        problem = problem.with_lines(proposed.frequencies, proposed.widths)
-    if letters is not None:
-        model = _given(problem, letters, confidence)
-    elif block is None and kind == "composite":
-        model = _judged(explained_part(problem, _looked_at), confidence)
-    else:
-        model = fit_problem(problem, confidence)
+
+    def fitted(problem: LikelihoodProblem) -> NoiseModel:
+        if letters is not None:
+            return _given(problem, letters, confidence)
+        if block is None and kind == "composite":
+            return _judged(explained_part(problem, _looked_at), confidence)
+        return fit_problem(problem, confidence)
+
+    return _beside_lines(problem, proposed_lines(problem, lines), fitted)
+
+
+def _beside_lines(
+    problem: LikelihoodProblem, proposed: ProposedLines, fitted: Callable[[LikelihoodProblem], NoiseModel]
+) -> NoiseModel:
+    """The model with its lines; one that was found in the spectrum but is not supported stays in the record."""
+    if not proposed.frequencies:
+        return with_lines_left_in(fitted(problem), proposed.left_in)
+    model = fitted(problem.with_lines(proposed.frequencies, proposed.widths))
+    amplitudes = [e for e in model.estimates if e.symbol.startswith("amplitude")]
+    weak = [f for f, e in zip(proposed.frequencies, amplitudes, strict=True) if not e.supported]
+    if proposed.found and weak:
+        return _beside_lines(problem, proposed.without(weak), fitted)
     return with_lines_left_in(model, proposed.left_in)
 
 

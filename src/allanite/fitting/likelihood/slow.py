@@ -65,13 +65,10 @@ def _shortest_time(problem: LikelihoodProblem, one: ShownSum) -> float | None:
     slowest = int(np.argmax(times))
     if allowed <= 0 or not times[slowest]:
         return None
-    second = sorted(times)[-2]  # below its time the two would change places
+    second = sorted([0.0, *times])[-2]  # below its time the two would change places
     return time_end(problem.search, other, slowest, allowed, max(second, problem.search.times[0]))
 
 
 def _slopes(problem: LikelihoodProblem, supported: frozenset[str]) -> dict[str, float]:
-    """By the curve; not where lines were fitted, which are in it."""
-    if problem.lines:
-        return {}
-    name = problem.channel.name
-    return curve_slopes(allan_curve(problem.recording.select(name))[name], supported)
+    """By the curve of the record without its lines."""
+    return curve_slopes(allan_curve(problem.without_lines)[problem.channel.name], supported)

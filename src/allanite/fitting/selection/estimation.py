@@ -20,8 +20,8 @@ from functools import partial
 from allanite.errors import FitError, InputError
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.likelihood.coarser import EXPLAINED, explained_part
-from allanite.fitting.likelihood.lines import line_price
-from allanite.fitting.likelihood.proposed_lines import AskedLines, proposed_lines
+from allanite.fitting.likelihood.lines import checked_lines, line_price
+from allanite.fitting.likelihood.proposed_lines import AskedLines, is_automatic, proposed_lines
 from allanite.fitting.likelihood.slow import ShownSum, slow_facts
 from allanite.fitting.lines_left_in import LineLeftIn
 from allanite.fitting.selection.lines import gains_of
@@ -87,13 +87,13 @@ def select(
     """
     require_probabilities(confidence=confidence)
     if isinstance(recording, LikelihoodProblem):
-        if channel is not None or (not isinstance(lines, str) and len(lines)):
+        if channel is not None or (not is_automatic(lines) and checked_lines(lines)):
             raise InputError(
                 "the problem has its channel and its lines already: leave out channel= and lines="
             )
         return _selected(TermSearch(recording, progress), (), (), confidence)
     problem = LikelihoodProblem.of(checked_recording(recording, "select"), channel)
-    if progress is not None and lines == "auto":
+    if progress is not None and is_automatic(lines):
         progress(0.0, "looking for lines")
     proposed = proposed_lines(problem, lines)
     if proposed.frequencies:

@@ -35,7 +35,7 @@ from allanite.quantities.distributions import chi_square_quantile, chi_square_ta
 from allanite.recording.records import Recording
 from allanite.recording.sample_columns import Column
 
-__all__ = ["examined", "sinusoids", "without_stable_lines"]
+__all__ = ["examined", "sinusoids", "without_sinusoids", "without_stable_lines"]
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -86,14 +86,29 @@ def without_stable_lines(recording: Recording, spectrum: Spectrum) -> Recording:
     spectrum : Spectrum
         Spectrum of one of its channels, by `power_spectrum`.
     """
-    lines = tuple(line for line in spectrum.lines if line.stable)
-    alone = recording.select(spectrum.channel)
+    lines = [line for line in spectrum.lines if line.stable]
     if not lines:
-        return alone
-    channel = alone.channels[0]
-    frequency, size, phase = np.array([(x.frequency, x.amplitude, x.phase) for x in lines]).T
-    frequency, size = frequency / recording.rate, size / channel.scale
-    if channel.kind.integrated:  # the running sum of A sin(2 pi f k + phase)/rate, less a constant
+        return recording.select(spectrum.channel)
+    frequency, amplitude, phase = np.array([(x.frequency, x.amplitude, x.phase) for x in lines]).T
+    size = amplitude / recording[spectrum.channel].scale
+    return without_sinusoids(recording, spectrum.channel, frequency / recording.rate, size, phase)
+
+
+def without_sinusoids(
+    recording: Recording, name: str, frequency: Array, size: Array, phase: Array
+) -> Recording:
+    """The recording of one channel alone, without sinusoids in its samples, or in its rates where it is integrated.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (n,) [cycles per sample]
+    size : ndarray, shape (n,)
+        Amplitudes in the channel's own unit, negative where the scale factor is.
+    phase : ndarray, shape (n,) [rad]
+        Of the sines at the first sample.
+    """
+    alone = recording.select(name)
+    if alone.channels[0].kind.integrated:  # the running sum of A sin(2 pi f k + phase)/rate, less a constant
         size = size / recording.rate / (2 * np.sin(np.pi * frequency))
         phase = phase + np.pi * frequency - np.pi / 2
     waves = SinusoidSum(frequencies=frequency, cosines=size * np.sin(phase), sines=size * np.cos(phase))
