@@ -25,63 +25,61 @@ def results(name):
     return json.loads((ROOT / "verification" / "results" / f"{name}.json").read_text(encoding="utf-8"))
 
 
-def parameters(name):
-    """Rows of a coverage run, with the name of their scenario."""
-    return [(scenario["name"], p) for scenario in results(name)["scenarios"] for p in scenario["parameters"]]
+def scenarios(name):
+    """Scenarios of a coverage run."""
+    return results(name)["scenarios"]
 
 
 def covered(name):
     """Least and greatest coverage of two-sided sets."""
-    shares = [p["coverage"] for _, p in parameters(name) if not p["one_sided"]]
+    shares = [p["coverage"] for s in scenarios(name) for p in s["parameters"] if not p["one_sided"]]
     return f"{100 * min(shares):.1f} to {100 * max(shares):.1f} %"
 
 
-def over_bound(name):
-    """Errors over the Cramer-Rao bound, where the record shows the term."""
-    return {
-        (scenario, p["symbol"]): p["rms"] / p["bound"]
-        for scenario, p in parameters(name)
-        if not p["one_sided"] and p["rms"] and p["bound"]
-    }
+def records(name):
+    """How many a coverage run has of each scenario."""
+    return {s["name"]: s["records"] for s in scenarios(name)}
 
 
-def test_coverage_and_errors_of_both_fits(page):
-    assert f"covered the truth in {covered('coverage')} of records" in page
-    assert f"covered in {covered('likelihood_coverage')}" in page
+def test_coverage_of_both_fits(page):
+    assert f"covered the truth in {covered('likelihood_coverage')} of records by the samples" in page
+    assert f"and in {covered('coverage')} by the curve" in page
     declared = [
         share
-        for scenario in results("coverage")["scenarios"]
+        for name in ("coverage", "likelihood_coverage")
+        for scenario in scenarios(name)
         for term, share in scenario["false"].items()
         if "instead" not in term
     ]
-    assert f"absent terms were declared in at most {100 * max(declared):.1f} %" in page
-    moments = over_bound("coverage")
-    week = [ratio for (scenario, _), ratio in moments.items() if scenario == "seed's sensor, 7 days"]
-    assert f"{min(week):.2f} to {max(week):.2f} times the Cramér-Rao bound" in page
-    k_in_a_day = moments.pop(("seed's sensor, 24 h", "K"))
-    assert f"up to {max(moments.values()):.2f} times, and {k_in_a_day:.1f} times for K in a day" in page
-    assert f"up to {max(over_bound('likelihood_coverage').values()):.2f} times the bound" in page
+    assert f"terms that are absent were declared in at most {100 * max(declared):.1f} %" in page
+    assert len(scenarios("likelihood_coverage")) == 14 and "Fourteen scenarios" in page
+    assert [s["name"] for s in scenarios("likelihood_coverage") if s["given"]] == ["two Gauss-Markov terms"]
+    for name in ("coverage", "likelihood_coverage"):
+        of = records(name)
+        week, tenth, more = (of.pop(s) for s in ("seed's sensor, 7 days", "10 % missing", "40 % missing"))
+        (many,) = set(of.values())
+        assert (
+            f"{many} records of each ({week} of the week, {tenth} with 10 % missing, {more} with 40 %)"
+            in page
+        )
 
 
-def test_errors_of_fits_that_are_given_nothing(page):
+def test_errors_over_the_bound(page):
     (rows,) = (rows for rows in results("default_fits").values() if isinstance(rows, list))
     row = {(r["scenario"], r["parameter"]): r for r in rows}
-    assert {r["records"] for r in rows} == {60, 30} and "Sixty records" in page and "(30 of the week)" in page
 
     def span(method):
-        ratios = [r[f"{method}, rms over bound{' where supported' * (method == 'samples')}"] for r in told]
-        return f"{min(ratios):.2f} to {max(ratios):.2f} times the bound"
+        ratios = [r[f"{method}, rms over bound{' where supported' * (method == 'samples')}"] for r in rows]
+        return f"{min(ratios):.2f} to {max(ratios):.2f} times the"
 
-    told = [r for r in rows if r["scenario"] != "a spectral line"]
-    assert f"the fit of the samples are {span('terms given')}" in page
-    assert f"supported terms are {span('samples')}" in page
+    assert f"with the terms given, {span('terms given')} Cramér-Rao bound" in page
+    assert f"those of supported terms are {span('samples')} bound" in page
     withheld = 1 - row["white + flicker + walk, long", "B"]["samples, supported"]
-    assert f"Flicker is withheld in {100 * withheld:.0f} % of days of white noise" in page
+    assert f"explains the record as well: flicker in {100 * withheld:.0f} % of days of white noise" in page
     k, gaps = row["seed's sensor, 24 h", "K"], row["10 % missing", "K"]
     by_curve, by_samples = 100 * k["curve, supported"], 100 * k["samples, supported"]
     assert f"in {by_curve:.0f} % of days, the samples in {by_samples:.0f} %" in page
-    assert f"in {100 * gaps['curve, supported']:.0f} %." in page
-    assert f"holds in {100 * row['a spectral line', 'N']['covered']:.0f} %" in page
+    assert f"in {100 * gaps['curve, supported']:.0f} %:" in page
 
 
 def test_sets_of_n_miss_on_one_side(page):
@@ -94,19 +92,6 @@ def test_sets_of_n_miss_on_one_side(page):
     assert f"in {100 * held['95 %']:.1f} % of {held['records']} [sensors" in page
     assert f"above the set in {100 * above:.2f} % and below it in {100 * below:.2f} %" in page
     assert f"sets of {held['records']} sensors" in page
-
-
-def test_numbers_of_records(page):
-    for name, words in (
-        ("coverage", "In 500 records"),
-        ("likelihood_coverage", "run with 2000 records each"),
-    ):
-        assert {scenario["records"] for scenario in results(name)["scenarios"]} == {
-            int(words.split()[1 if "In" in words else 2])
-        }
-        assert words in page
-    assert len(results("coverage")["scenarios"]) == 9 and "nine scenarios" in page
-    assert len(results("likelihood_coverage")["scenarios"]) == 14 and "Fourteen scenarios" in page
 
 
 def test_the_naive_error_bar(page):
@@ -124,6 +109,31 @@ def test_the_chi_square_form_at_long_lags(page):
     rows = results("battery")["U4: 68.27 % interval at the longest lags of 1024 samples"]
     shares = [row["coverage"] for row in rows]
     assert f"slightly wide ({100 * min(shares):.0f} to {100 * max(shares):.0f} %)" in page
+
+
+def test_coverage_of_other_statistics():
+    text = (ROOT / "docs" / "explanation" / "which-statistic.md").read_text(encoding="utf-8")
+    tables = [
+        (heading, row)
+        for heading, rows in results("statistics").items()
+        if heading.startswith("Coverage of 68.27 % intervals under")
+        for row in rows
+    ]
+
+    def shares(row):
+        return [100 * share for lag, share in row.items() if lag.startswith("m =")]
+
+    gated = [(row, shares(row)) for _, row in tables if row["passes"] is not None]
+    below = [min(held) for row, held in gated if not row["passes"]]
+    every = [share for _, held in gated for share in held]
+    (rest,) = (shares(row) for _, row in tables if row["passes"] is None)
+    assert {row["records"] for _, row in tables} == {10_000}
+    assert f"held in {min(every):.1f} to {max(every):.1f} %; TheoBR alone" in " ".join(text.split())
+    assert {heading for heading, row in tables if row["passes"] is False} == {
+        "Coverage of 68.27 % intervals under the model, theobr"
+    }
+    assert f"{below[1]:.1f} % in a random walk and {below[0]:.1f} % in white noise" in " ".join(text.split())
+    assert f"held in {rest[-1]:.1f} % at the longest" in text
 
 
 def test_one_degree_of_freedom(page):

@@ -9,21 +9,29 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: one record p
 
 import argparse
 import json
-from collections.abc import Callable
+import re
+import sys
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from verification.coverage import ROOT_SEED
 
 HERE = Path(__file__).parent
+Json = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Order:
-    """What was asked for: `share` of the full number of records, processes, and where finished records are kept."""
+    """What was asked for: `share` of the full number of records, processes, and where finished records are kept.
+
+    `only` is a pattern of scenarios; the rows of others stay as they are.
+    """
 
     share: float
+    only: str
     workers: int
     cache: Path
     date: str
@@ -31,6 +39,19 @@ class Order:
     def count(self, full: int) -> int:
         """Records of a run that has `full` of them."""
         return max(round(self.share * full), 2)
+
+    def beside_others(
+        self, result: str, part: str, rows: list[Json], key: str, names: Sequence[str]
+    ) -> list[Json]:
+        """New rows, and of the committed part of a result those whose names were not asked for, in one order."""
+        made = {row[key] for row in rows}
+        committed = json.loads((HERE / "results" / f"{result}.json").read_text()) if self.only else {}
+        others = [row for row in committed.get(part, []) if row[key] not in made]
+        if missing := set(names) - made - {row[key] for row in others}:
+            sys.exit(
+                f"{result} has no rows of {', '.join(sorted(missing))}: run the part without --only first"
+            )
+        return sorted([*others, *rows], key=lambda row: names.index(row[key]))
 
 
 def _say(text: str) -> None:
@@ -46,40 +67,32 @@ def _curves(order: Order) -> None:
     )
 
 
-def _coverage(order: Order) -> None:
-    from verification.coverage import evaluate, run
+def _fits(order: Order) -> None:
+    from verification.coverage import evaluate
+    from verification.fits import ALL, BY_CURVE, BY_SAMPLES, BY_TERMS, errors_over_bound, run_fits
     from verification.report import write_report
-    from verification.scenarios import SCENARIOS
-
-    rows = []
-    for scenario in SCENARIOS:
-        rows.append(evaluate(scenario, run(scenario.name, order.count(500), order.workers, order.cache)))
-        _say(json.dumps(rows[-1], indent=1))
-    title = "Coverage of the 95 % sets of the moment fit"
-    write_report("coverage", title, rows, HERE / "results", seed=ROOT_SEED, date=order.date)
-
-
-def _likelihood_coverage(order: Order) -> None:
-    from verification.coverage import evaluate, run
-    from verification.report import write_report
-    from verification.scenarios import HARDER, SCENARIOS
-
-    rows = []
-    for scenario in (*SCENARIOS, *HARDER):
-        found = run(scenario.name, order.count(2000), order.workers, order.cache, "likelihood")
-        rows.append(evaluate(scenario, found))
-        _say(json.dumps(rows[-1], indent=1))
-    title = "Coverage of the 95 % sets of the likelihood fit"
-    write_report("likelihood_coverage", title, rows, HERE / "results", seed=ROOT_SEED, date=order.date)
-
-
-def _default_fits(order: Order) -> None:
-    from verification.default_fits import run_default_fits
     from verification.tables import write_tables
 
-    rows = run_default_fits(ROOT_SEED, _say, order.count(400), order.workers, order.cache)
-    parts = {"Errors over the bound, and coverage of the 95 % sets by samples": rows}
-    title = "Default fits"
+    chosen = [s for s in ALL if re.search(order.only, s.name)]
+    made = run_fits(chosen, ROOT_SEED, _say, order.count(1200), order.workers, order.cache)
+    untold = [s.name for s in ALL if not s.terms]
+    named = {
+        "coverage": ("Coverage of the 95 % sets of the fit of the curve", BY_CURVE),
+        "likelihood_coverage": ("Coverage of the 95 % sets of the fit of the samples", BY_SAMPLES),
+    }
+    for name, (title, method) in named.items():
+        rows = [
+            evaluate(s, [record[BY_TERMS if s.terms else method] for record in made[s.name]])
+            for s in chosen
+            if not s.terms or method == BY_SAMPLES
+        ]
+        names = untold if method == BY_CURVE else [s.name for s in ALL]
+        rows = order.beside_others(name, "scenarios", rows, "name", names)
+        write_report(name, title, rows, HERE / "results", seed=ROOT_SEED, date=order.date)
+    heading = "Errors over the bound"
+    rows = order.beside_others("default_fits", heading, errors_over_bound(made), "scenario", untold)
+    parts = {heading: rows}
+    title = "Errors of fits that are given nothing"
     write_tables("default_fits", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
@@ -563,7 +576,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "held": _held,
     "contaminated": _contaminated,
     "wrong_models": _wrong_models,
-    "coverage": _coverage,
+    "fits": _fits,
     "earth": _earth,
     "north": _north,
     "rate-vector": _rate_vector,
@@ -584,8 +597,6 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "shared-noise": _shared_noise,
     "selection": _selection,
     "likelihood": _likelihood,
-    "likelihood-coverage": _likelihood_coverage,
-    "default-fits": _default_fits,
     "overbound": _overbound,
     "battery": _battery,
     "statistics": _statistics,
@@ -610,6 +621,9 @@ def main() -> None:
         "parts", nargs="*", metavar="part", help=f"of {', '.join(PARTS)}; all but the last by default"
     )
     parser.add_argument("--share", type=float, default=1.0, help="of the full number of records")
+    parser.add_argument(
+        "--only", default="", metavar="PATTERN", help="of the scenarios of fits, by their names"
+    )
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument(
         "--cache", type=Path, default=HERE / "cache", help="records already done are kept here"
@@ -618,9 +632,11 @@ def main() -> None:
     unknown = set(given.parts) - set(PARTS)
     if unknown:
         parser.error(f"no part {', '.join(unknown)}; there are: {', '.join(PARTS)}")
+    if given.only and given.parts != ["fits"]:
+        parser.error("--only goes with the part fits")
     given.cache.mkdir(exist_ok=True)
     today = datetime.now(UTC).date().isoformat()
-    order = Order(share=given.share, workers=given.workers, cache=given.cache, date=today)
+    order = Order(share=given.share, only=given.only, workers=given.workers, cache=given.cache, date=today)
     for name in given.parts or [part for part in PARTS if part not in NAMED]:
         PARTS[name](order)
     from verification.proof import draw

@@ -22,12 +22,12 @@ RESULTS = Path(__file__).parent / "results"
 CLAIMS = {
     "curves": "68 % intervals of the Allan curve cover the truth in 68 % of records, with and without gaps",
     "statistics": "the same for Theo1, ThêoBR, Haar and the robust variance",
-    "likelihood_coverage": "95 % sets of the likelihood fit cover the truth: short, long, gappy, rounded, disturbed "
-    "records",
-    "coverage": "the same for the moment fit",
-    "likelihood": "errors of N, B, T_b, K over the Cramér-Rao bound: likelihood at most 1.10, moments 1.25",
-    "default_fits": "default fits: errors at most 1.35 (samples) and 1.6 (curve) times the Cramér-Rao bound, or at "
-    "most 1.1 times once the terms are given",
+    "likelihood_coverage": "95 % sets of the fit of the samples cover the truth: short, long, gappy, rounded, "
+    "disturbed records",
+    "coverage": "the same for the fit of the curve",
+    "default_fits": "errors of both at most 1.35 (samples) and 1.6 (curve) times the Cramér-Rao bound, or at most 1.1 "
+    "times once the terms are given",
+    "likelihood": "the same where the terms are given: likelihood at most 1.10, moments 1.25",
     "selection": "the right terms rank first where they are resolvable; absent ones reported in at most 5 %",
     "spectrum": "intervals of a density, a line, the spectral fit; Allan curve and spectrum compared",
     "variation": "constant noise is reported to change in at most 5 % of records; changes are detected, with intervals",
@@ -66,9 +66,7 @@ _AS_A_USER = "as a user"
 HOW = {
     "curves": "parts; the true model given",
     "statistics": "parts; the true model given",
-    "likelihood_coverage": "as a user, but terms or a line given in two scenarios; the seed's sensor by law; "
-    "of two printed families the true one",
-    "coverage": "as a user; of two printed families the true one",
+    "likelihood_coverage": "as a user, but the terms given in one scenario",
     "default_fits": "as a user, and again with the terms given",
     "likelihood": "parts; the terms given; likelihood by law",
     "spectrum": "parts",
@@ -220,8 +218,8 @@ def _wide_in_the_hand(document: Json) -> str:
 
 
 _PICTURES = {
-    "likelihood_coverage": "Likelihood: share of records whose 95 % set holds the truth",
-    "coverage": "Moments: share of records whose 95 % set holds the truth",
+    "likelihood_coverage": "Fit of the samples: share of records whose 95 % set holds the truth",
+    "coverage": "Fit of the curve: share of records whose 95 % set holds the truth",
     "sensors": "Sensors drawn from a prior: where the truth lies in the sets of a coefficient",
     "scoreboard": "The same records through other tools",
 }

@@ -8,6 +8,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+from verification.gates import within
+
 __all__ = ["write_curves", "write_report"]
 
 Json = dict[str, Any]
@@ -110,12 +112,13 @@ def _picture(rows: list[Json], path: Path) -> None:
     labels = [(r, p) for r in rows for p in r["parameters"]]
     figure = Figure(figsize=(8, 0.24 * len(labels) + 1.4), layout="constrained")
     axes = figure.subplots()
-    low, high = next(p["gate"] for _, p in labels if not p["one_sided"])
-    axes.axvspan(low, high, color="#d5e5f5", label=f"99.9 % band of {rows[0]['records']} records")
     axes.axvline(0.95, color="0.4", lw=0.8)
-    for i, (_, p) in enumerate(labels):
+    for i, (r, p) in enumerate(labels):
+        gate = within(r["records"])
+        axes.barh(-i, gate.high - gate.low, left=gate.low, height=1.0, color="#d5e5f5", zorder=0)
         marker, face = ("^", "white") if p["one_sided"] else ("o", "#1f5a96" if p["passes"] else "#c0392b")
         axes.plot(p["coverage"], -i, marker, color="#1f5a96" if p["passes"] else "#c0392b", mfc=face, ms=5)
+    axes.barh(0, 0, color="#d5e5f5", label="99.9 % band of as many records")
     axes.plot([], [], "o", color="#1f5a96", label="two-sided set")
     axes.plot(
         [], [], "^", color="#1f5a96", mfc="white", label="truth zero or below three bounds: at least the band"

@@ -47,7 +47,7 @@ class Scenario:
     step : float
         Resolution of the angle, from whose increments the samples come: makes the quantisation of the model.
     terms : str
-        Letters that the likelihood fit is given; none: what it finds.
+        Letters that the fit is given; none: what it finds.
     """
 
     name: str
@@ -65,17 +65,6 @@ class Scenario:
     @property
     def family(self) -> str:
         return "gauss-markov" if self.model.term("gauss_markov") else "flicker"
-
-    @property
-    def lines(self) -> list[float]:
-        """Frequencies of its lines."""
-        return [t.frequency for t in self.model.terms if isinstance(t, Sinusoid)]
-
-    @property
-    def given(self) -> str:
-        """What the fit is told beside the record."""
-        told = {"terms": bool(self.terms), "frequency of the line": bool(self.lines)}
-        return " and ".join(what for what, is_told in told.items() if is_told)
 
     def truth(self) -> dict[str, float]:
         """Every parameter of the candidate family; 0 where the term is absent."""
@@ -207,7 +196,7 @@ SCENARIOS = (
 )
 _MIXED = NoiseModel.of(White(N=1e-4), Flicker(B=3e-5), RandomWalk(K=1e-6))
 _STEP = 1.3e-5  # noise of 0.77 steps per sample: errors of rounding are white to 1e-5
-#: What records are like besides: by likelihood only.
+#: What records are like besides.
 HARDER = (
     Scenario(name="10 % missing", model=_MIXED, rate=8.0, duration=24 * _HOUR, missing=0.1),
     Scenario(name="40 % missing", model=_MIXED, rate=8.0, duration=24 * _HOUR, missing=0.4),

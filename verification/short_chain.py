@@ -23,12 +23,9 @@ from allanite.noise import GaussMarkov, NoiseModel, TermType
 from allanite.recording.records import Recording
 from verification.scenarios import Scenario
 
-__all__ = ["FROM", "chained", "coefficient", "component", "short_chain"]
+__all__ = ["chained", "coefficient", "component", "short_chain"]
 
 Array = NDArray[np.float64]
-
-#: Samples from which on a record is shortened so.
-FROM = 2_000_000
 
 
 def short_chain(scenario: Scenario, seed: int) -> LikelihoodProblem:

@@ -29,7 +29,7 @@ from allanite.noise.spectrum.estimation import power_spectrum
 from allanite.noise.spectrum.sampled import sampled_psd
 from allanite.noise.spectrum.stability import without_stable_lines
 from allanite.recording.records import Recording
-from verification.coverage import evaluate
+from verification.coverage import evaluate, printed
 from verification.gates import at_most, within
 from verification.scenarios import SCENARIOS
 from verification.spread import Say, place_of, spread
@@ -165,14 +165,7 @@ def _fit(task: tuple[int, int, int]) -> Json:
         "index": index,
         "seconds": spent,
         "alarm": None if parted is None else parted.words,
-        "printed": [
-            {
-                "family": m.family,
-                "p": m.goodness["p"],
-                "estimates": {e.symbol: [e.value, e.lower, e.upper, e.supported] for e in m.estimates},
-            }
-            for m in model.families
-        ],
+        "printed": printed(model),
     }
 
 
@@ -186,7 +179,7 @@ def run_fits(
         results = spread(
             _fit, tasks, workers=workers, say=say, place=place_of(folder, "spectral", i), chunk=1
         )
-        judged = evaluate(scenario, results)
+        judged = evaluate(scenario, [r["printed"] for r in results])
         for row in judged["parameters"]:
             bound, rms = row["bound"], row["rms"]
             parameters.append(

@@ -31,7 +31,7 @@ from allanite.study.characterization import characterize
 from verification.simulators import gauss_markov, power_law, telegraph
 from verification.spread import Say, place_of, spread
 
-__all__ = ["LENGTHS", "METHODS", "WRONG", "WrongModel", "run_wrong_models"]
+__all__ = ["LENGTHS", "METHODS", "WRONG", "WrongModel", "run_wrong_models", "symbols_of"]
 
 Json = dict[str, Any]
 Samples = NDArray[np.float64]
@@ -48,12 +48,13 @@ _DOUBTFUL = 0.01  # p below which a verdict says that the model does not explain
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WrongModel:
-    """One kind of noise at a unit interval; `markov`: Gauss-Markov terms are part of it."""
+    """One kind of noise at a unit interval; `markov`, `line`: Gauss-Markov terms, or a line, are part of it."""
 
     name: str
     draw: Draw
     N: float = 1.0
     markov: bool = False
+    line: bool = False
 
 
 def _beside_white(*parts: Draw) -> Draw:
@@ -100,7 +101,7 @@ WRONG: tuple[WrongModel, ...] = (
         draw=_beside_white(_markov(0.088, 32.0)),
         markov=True,
     ),
-    WrongModel(name="line aliased to 0.497 of the rate", draw=_beside_white(_line)),
+    WrongModel(name="line aliased to 0.497 of the rate", draw=_beside_white(_line), line=True),
     WrongModel(name="Student, 4 degrees of freedom", draw=_student),
     WrongModel(name="sine of six times 28 800", draw=_beside_white(_day)),
     WrongModel(
@@ -128,7 +129,7 @@ def _one(root: int, method: str, case: int, n: int, i: int) -> Json:
     record = Recording.from_rate(_UNIT * truth.draw(rng, n), rate=1.0, unit="rad/s", names=["x"])
     model, findings = _fitted(record, method)
     return {
-        "false": sorted(_false(model, truth.markov)),
+        "false": sorted(_false(model, truth)),
         "N": all(_holds(m, _UNIT * truth.N) for m in model.families),
         "warned": findings or _warned(model),
     }
@@ -142,12 +143,17 @@ def _fitted(record: Recording, method: str) -> tuple[NoiseModel, bool]:
     return study.models["x"], any(f.severity is not Severity.INFO for f in study.findings)
 
 
-def _false(model: NoiseModel, markov: bool) -> set[str]:
+def _false(model: NoiseModel, truth: WrongModel) -> set[str]:
     """Symbols of the terms that are called supported and are not there."""
-    undecided = len(model.families) > 1
-    true = {"N"} | (_OF_MARKOV if markov else set()) | ({"B"} if markov and undecided else set())
-    named = {e.symbol for m in model.families for e in m.estimates if e.supported} - true
+    named = {e.symbol for m in model.families for e in m.estimates if e.supported}
+    named -= symbols_of(truth, undecided=len(model.families) > 1)
     return named - {s for s in _OF_MARKOV if not s.startswith("sigma")}
+
+
+def symbols_of(truth: WrongModel, *, undecided: bool) -> set[str]:
+    """Of the terms that a model of such a noise may hold; flicker where it stands beside a Gauss-Markov term."""
+    markov = _OF_MARKOV | ({"B"} if undecided else set()) if truth.markov else set()
+    return {"N"} | markov | ({"amplitude", "frequency"} if truth.line else set())
 
 
 def _holds(model: NoiseModel, N: float) -> bool:

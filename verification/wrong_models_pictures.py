@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import allanite as al
-from verification.wrong_models import WRONG
+from verification.wrong_models import WRONG, symbols_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -150,12 +150,10 @@ def _panel(axes: Axes, row: Row, data: Json, when: str) -> None:
 def _counts(row: Row, data: Json) -> tuple[int, int, int]:
     """Records with a term that is not there, those of them without a warning, and those whose N is held or doubted."""
     truth = next(t for t in WRONG if t.name == row.noise)
-    markov = {"sigma", "sigma_2", "T", "T_2", "B_equiv", "B_equiv_2"}
     N = truth.N / np.sqrt(row.rate)
     false = silent = held = 0
     for families in data["said"]:
-        true = {"N", "B_equiv", "T", "B_equiv_2", "T_2"} | (markov if truth.markov else set())
-        true |= {"B"} if truth.markov and len(families) > 1 else set()
+        true = symbols_of(truth, undecided=len(families) > 1) | {"B_equiv", "T", "B_equiv_2", "T_2"}
         wrong = bool({s for m in families for s in m["supported"]} - true)
         warned = any(m["facts"] for m in families)
         inside = all(

@@ -25,8 +25,8 @@ class ProposedLines:
     Attributes
     ----------
     frequencies : tuple of float [Hz]
-    found : bool
-        In the spectrum, rather than named by the user.
+    automatic : bool
+        Found in the spectrum, rather than named by the user.
     left_in : tuple of LineLeftIn
         Lines of the spectrum that are no sinusoids.
     widths : float
@@ -34,7 +34,7 @@ class ProposedLines:
     """
 
     frequencies: tuple[float, ...]
-    found: bool
+    automatic: bool
     left_in: tuple[LineLeftIn, ...]
     widths: float
 
@@ -60,11 +60,11 @@ def proposed_lines(problem: LikelihoodProblem, lines: AskedLines) -> ProposedLin
     """
     if not is_automatic(lines):
         named = tuple(checked_lines(lines))
-        return ProposedLines(frequencies=named, found=False, left_in=(), widths=GIVEN_WIDTHS)
+        return ProposedLines(frequencies=named, automatic=False, left_in=(), widths=GIVEN_WIDTHS)
     shown = spectral_lines(problem.recording, problem.channel.name)
     return ProposedLines(
         frequencies=tuple(line.frequency for line in shown if line.stable),
-        found=True,
+        automatic=True,
         left_in=unsteady(shown),
         widths=problem.n_samples / 2,
     )

@@ -118,7 +118,7 @@ def _beside_lines(
     model = fitted(problem.with_lines(proposed.frequencies, proposed.widths))
     amplitudes = [e for e in model.estimates if e.symbol.startswith("amplitude")]
     weak = [f for f, e in zip(proposed.frequencies, amplitudes, strict=True) if not e.supported]
-    if proposed.found and weak:
+    if proposed.automatic and weak:
         return _beside_lines(problem, proposed.without(weak), fitted)
     return with_lines_left_in(model, proposed.left_in)
 
