@@ -49,10 +49,13 @@ def test_version_1_of_lines_that_stay_in_the_record() -> None:
     document["channels"][0]["remarks"] = remarks
     del document["channels"][0]["slow"]  # of the first documents
     (channel,) = TermSelection.from_json(document).channels
-    assert [line.words for line in channel.left_in] == remarks and channel.slow == {}
-    assert [words in html_of(document) for words in ("1.705 Hz is no sinusoid", "too few periods")] == [
-        True
-    ] * 2
+    assert [line.words for line in channel.left_in] == [
+        "the line at 1.705 Hz stays in the record: it drifts",
+        "the line at 0.02 Hz stays in the record: it has too few periods to be told from slow noise",
+    ]
+    assert channel.slow == {}
+    page = html_of(document)
+    assert "1.705 Hz stays in the record" in page and "too few periods" in page
 
 
 @pytest.mark.parametrize(

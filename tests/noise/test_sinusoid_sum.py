@@ -15,6 +15,8 @@ def test_it_is_the_sum_of_sines(first, count, rng):
     expected = (a * np.cos(angle) + b * np.sin(angle)).sum(axis=1)
     found = SinusoidSum(frequencies=f, cosines=a, sines=b).samples(first, count)
     assert found.shape == (count,)
+    wider = SinusoidSum(frequencies=f, cosines=a, sines=b).samples(max(first - 3, 0), count + 70_000)
+    assert np.array_equal(wider[min(first, 3) :][:count], found)
     # f k is rounded to half a unit of its last place, once here and once there
     assert np.abs(found - expected).max(initial=0.0) <= 1e-13 + 7 * 4 * np.pi * np.spacing(
         0.5 * (first + count)

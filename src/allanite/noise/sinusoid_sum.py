@@ -18,7 +18,7 @@ __all__ = ["SinusoidSum"]
 
 Array = NDArray[np.float64]
 
-_ROW = 1024  # samples
+_ROW, _BLOCK = 1024, 65_536  # samples
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,9 +40,14 @@ class SinusoidSum:
         object.__setattr__(self, "_row", np.concatenate([np.cos(angle), np.sin(angle)]))
 
     def samples(self, first: int, count: int) -> Array:
-        """Samples [first, first + count)."""
-        starts = first + _ROW * np.arange(-(-count // _ROW), dtype=np.float64)
+        """Samples [first, first + count); a sample is the same to the last bit in whatever part it is asked for."""
+        begin, end = first // _BLOCK, -(-(first + count) // _BLOCK)
+        blocks = [self._block(_BLOCK * i) for i in range(begin, end)]
+        return np.concatenate([np.zeros(0), *blocks])[first - _BLOCK * begin :][:count]
+
+    def _block(self, first: int) -> Array:
+        starts = first + _ROW * np.arange(_BLOCK // _ROW, dtype=np.float64)
         angle = 2 * np.pi * (np.outer(starts, self.frequencies) % 1.0)
         c, s = np.cos(angle), np.sin(angle)
         turned = [self.cosines * c + self.sines * s, self.sines * c - self.cosines * s]
-        return np.asarray((np.concatenate(turned, axis=1) @ self._row).ravel()[:count])
+        return np.asarray((np.concatenate(turned, axis=1) @ self._row).ravel())

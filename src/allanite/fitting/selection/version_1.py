@@ -11,6 +11,7 @@ __all__ = ["upgraded"]
 _LINE = re.compile(
     r"the line at (?P<frequency>\S+) Hz (?:is no sinusoid and stays in the record: (?P<note>.*)|has too few)"
 )
+_FEW = "it has too few periods to be told from slow noise"
 
 
 def upgraded(data: Mapping[str, object]) -> dict[str, object]:
@@ -30,4 +31,4 @@ def upgraded(data: Mapping[str, object]) -> dict[str, object]:
 def _left_in(remarks: object) -> Iterator[dict[str, object]]:
     for words in remarks if isinstance(remarks, Sequence) else ():
         if match := _LINE.match(str(words)):
-            yield {"frequency": float(match["frequency"]), "note": match["note"] or ""}
+            yield {"frequency": float(match["frequency"]), "note": match["note"] or _FEW}
