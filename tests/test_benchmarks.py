@@ -232,7 +232,7 @@ def test_a_row_states_growth_along_samples_and_channels() -> None:
     ]
     assert not growth.above((1.10, 0.03)) and growth.above((1.12, 0.03))
     short = growth.row_of("align", [{**r, "channels": 6} for r in runs[:3]], 0.01)
-    assert short[5:8] == ["", "", ""] and short[-1] == "six axes; up to 1e7 samples"
+    assert short[5:8] == ["", "", ""] and short[-1].endswith("; up to 1e7 samples")
 
 
 def test_every_command_that_reads_a_record_is_measured_or_named() -> None:
