@@ -93,9 +93,8 @@ def fit_file(
 
     Faults of a log are refused. By moments it is characterised, so that spectral lines and the band limit are kept out
     of the fit. Options are those of `read_part`. `lines` [Hz] are fitted with the noise by likelihood; by default the
-    steady ones of the spectrum. `floor` is the
-    log of the shorted input, for a log by moments. `samples` and `statistic` are those of
-    `allanite.files.foreign_curves.read_curve`.
+    steady ones of the spectrum. `floor` is the log of the shorted input, for a log by moments. `samples` and
+    `statistic` are those of `allanite.files.foreign_curves.read_curve`.
 
     Raises
     ------

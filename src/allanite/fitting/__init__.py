@@ -114,10 +114,8 @@ def fit(
         model = _fit_recording(measured, method, {**options, "confidence": confidence})
         channels = [measured[options["channel"]]] if options.get("channel") else _noisy(measured)
         if screen is not False and len(channels) == 1:
-            findings, named = (
-                None if screen is True else screen,
-                not isinstance(options.get("lines", ""), str),
-            )
+            findings = None if screen is True else screen
+            named = not isinstance(options.get("lines", "auto"), str)
             model = screened(model, measured, channels[0].name, findings, lines_named=named)
     else:
         model = _fit_curve(measured, method, exclude, confidence, floor, options)
