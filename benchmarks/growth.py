@@ -113,7 +113,6 @@ CASES: Mapping[str, Case] = {
         options=("--rate", "32"),
         fewest=6,
         channels=(),
-        longest=SIZES[-2],
         remark="three axes of six in the log",
     ),
     "align": Case(
@@ -122,7 +121,6 @@ CASES: Mapping[str, Case] = {
         options=("--rate", "32"),
         fewest=6,
         channels=(),
-        longest=SIZES[-2],
         remark="six axes; memory is flat from 4e6 on",
     ),
 }

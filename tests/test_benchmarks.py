@@ -47,8 +47,9 @@ def test_the_table_has_wanted_values_peers_and_parts() -> None:
     read = Job(name="read", wanted=1.1, than="Other", memory=300.0)
     size = Job(name="report", size="report.html", wanted=1.5)
     rows = {"read": row(2.5, most=2.71), "read: Other": row(2.0), "report": row(0.158, unit="MB")}
-    parts = [("import numpy", 0.6), *((f"files.part{i}", 0.1 - i / 100) for i in range(7))]
-    rows["read"]["parts"] = jobs.largest(parts)
+    rooms = [("fitting.design", 0.06), ("fitting.sets", 0.04), ("views", 0.03), ("study", 0.03)]
+    parts = [("import numpy", 0.6), ("lazy_dataclasses", 0.2), *rooms, ("files.readers.csv", 0.04)]
+    rows["read"]["parts"] = jobs.by_room(parts)
     del rows["report"]["wall"], rows["report"]["memory"]
     assert jobs.exceeds(read, {**rows, "read": row(2.54)}) and not jobs.exceeds(read, rows)
     assert not jobs.exceeds(read, {"read": rows["read"]}), "a peer that is not installed says nothing"
@@ -63,8 +64,8 @@ def test_the_table_has_wanted_values_peers_and_parts() -> None:
         "Other 2.00 s, 100 MiB",
         "+0 %",
     ]
-    assert cells[0][-1].startswith("import numpy 1.50 s, files.part0 0.25 s, ")
-    assert cells[0][-1].endswith(", 3 others 0.38 s")
+    imports = "imports 2.00 s (numpy 1.50 s, lazy_dataclasses 0.50 s)"
+    assert cells[0][-1] == f"{imports}, fitting 0.25 s (design 0.15 s), files.readers 0.10 s, 2 others 0.15 s"
     assert cells[1] == ["report", "1.50 MB", "0.16 MB", "", "", "", "new", ""]
 
 
@@ -92,7 +93,7 @@ def test_what_looks_grown_is_measured_again(monkeypatch: pytest.MonkeyPatch, tmp
     rows = jobs.measure_all([slow, calm], tmp_path, 1, {"slow": 1.0, "calm": 1.0})
     assert again.asked == [["slow", "calm"], ["slow"]]
     assert rows["slow"]["ratio"] == 2.0 and rows["slow"]["value"] == 1.0 and rows["slow"]["most"] == 3.0
-    assert "parts" not in rows["slow"] and rows["calm"]["parts"] == [("calm", 1.0)]
+    assert "parts" not in rows["slow"] and rows["calm"]["parts"][0]["name"] == "calm"
 
 
 class Rounds:
