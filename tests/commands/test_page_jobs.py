@@ -152,7 +152,7 @@ def test_study_by_likelihood_is_the_same_by_page_command_and_python(
 _WORDS = {"words": "N=0.001 deg/√h"}
 _NOISE = {"words": "N=0.1 deg/√h"}
 _REQUESTS: dict[str, dict[str, Any]] = {
-    "fit": {"options": {"method": "spectral", "terms": "NK"}},
+    "fit": {"options": {"method": "likelihood", "terms": "NK", "lines": "1.5,3.3"}},
     "spectrum": {"read": {"start": 10, "stop": 110}, "options": {"method": "welch", "segment": 20, "overlap": 0.25}},
     "variation": {"read": {"stop": 60}, "options": {"model": _NOISE, "windows": 8}},
     "select": {"read": {"stop": 30}},

@@ -199,6 +199,7 @@ KINDS: Mapping[str, JobKind] = {
                 default="moments",
             ),
             "terms": option("text", "--terms", "Terms to fit, by likelihood or spectrum: NBK, NGGK."),
+            "lines": option("lines", "--lines", "Spectral lines to fit, by likelihood: auto, none, 12.3,50 [Hz]."),
             "accept": ACCEPT,
         },
         lines=_fit_lines,

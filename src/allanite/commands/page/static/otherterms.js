@@ -27,7 +27,7 @@ function asChannel(name, model, table) {
  */
 export function otherTerms(session, subject, table, drawn, channel) {
   const { options, required } = session.kinds.fit;
-  const form = fields(options, { names: ["method", "terms", "accept"], required, given: { method: "likelihood", terms: "NBK" } });
+  const form = fields(options, { names: ["method", "terms", "lines", "accept"], required, given: { method: "likelihood", terms: "NBK" } });
   const doing = h("div", { role: "status" });
   const found = h("div", {});
   const fit = said(async (event) => {
@@ -45,7 +45,7 @@ export function otherTerms(session, subject, table, drawn, channel) {
     place.show = () => found.childElementCount && show();
   });
   const place = h("details", {}, h("summary", {}, "Fit other terms, or with another method"),
-    h("form", { onsubmit: fit }, form.place, h("p", { class: "note" }, "Terms apply to likelihood and spectral: Q quantization, N white noise, B flicker, G Gauss-Markov, K random walk, R ramp."), h("div", { class: "bar" }, h("button", {}, "Fit"))), doing, found);
+    h("form", { onsubmit: fit }, form.place, h("p", { class: "note" }, "Terms apply to likelihood and spectral: Q quantization, N white noise, B flicker, G Gauss-Markov, K random walk, R ramp. Lines apply to likelihood."), h("div", { class: "bar" }, h("button", {}, "Fit"))), doing, found);
   place.show = () => {};
   return place;
 }
