@@ -344,7 +344,8 @@ def test_a_table_of_something_else_is_not_replaced(tmp_path, monkeypatch):
         al.fleet("b*.csv", out="fleet", executor=Counting())
 
 
-def test_many_parts_become_one(tmp_path, monkeypatch):
+@pytest.mark.parametrize("commits", ["0 1 2 1 3 4", "0 1 2 3 4 1"], ids=["among those merged", "after them"])
+def test_many_parts_become_one(tmp_path, monkeypatch, commits):
     from allanite.commands.fleet import folder as folders
 
     monkeypatch.setattr(folders, "_MERGE", 3)
@@ -354,9 +355,9 @@ def test_many_parts_become_one(tmp_path, monkeypatch):
         return {"log": log, "channel": channel, "status": "resolved", "_stamp": "1 1", "_key": "k"}
 
     with fleet.locked():
-        for k in range(5):
-            fleet.commit([row(f"log{k}", "x"), row(f"log{k}", "y")])
-        fleet.commit([row("log1", "z")])
+        for k in commits.split():
+            again = f"log{k}" in fleet.logs
+            fleet.commit([row(f"log{k}", channel) for channel in ("z" if again else "xy")])
         assert len(list((tmp_path / ".fleet" / "parts").iterdir())) == 3
         fleet.compact(LogLabels())
     assert list((tmp_path / ".fleet" / "parts").iterdir()) == []
