@@ -107,6 +107,31 @@ def test_an_imu_echoed_as_csv_has_its_names(tmp_path: Path) -> None:
     assert "angular_velocity.x" not in al.read(path).names  # its covariance would change: another message
 
 
+@pytest.mark.parametrize("time", [None, "rosbagTimestamp", "rosbagTimestamp:ns", "secs", "nsecs"])
+@pytest.mark.parametrize("messages", [True, False])
+def test_a_bag_as_a_table_has_its_time_and_the_names_of_its_messages(
+    tmp_path: Path, messages: bool, time: str | None
+) -> None:
+    """As rosbag_to_csv writes it: an empty column for each message, and stamps of the bag and of the header."""
+    values = np.random.default_rng(6).normal(size=(500, 6)).tolist()
+    stamps = [(1732000000 + k // 100, k % 100 * 10**7) for k in range(500)]
+    parts = ("orientation,x,y,z,w", "angular_velocity,x,y,z", "linear_acceleration,x,y,z")
+    head = f"rosbagTimestamp,secs,nsecs,{','.join(parts) if messages else 'a,b,c,d,e,f'}\n"
+    cells = (
+        f",0.0,0.0,0.0,1.0,,{','.join(map(repr, v[:3]))},,{','.join(map(repr, v[3:]))}"
+        if messages
+        else ",".join(map(repr, v))
+        for v in values
+    )
+    rows = (f"{s}{n:09d},{s},{n},{row}\n" for (s, n), row in zip(stamps, cells, strict=True))
+    (tmp_path / "bag.csv").write_text(head + "".join(rows), encoding="utf-8")
+    got = al.read(tmp_path / "bag.csv", **({} if time is None else {"time": time}))
+    assert (got.rate, got.n_samples, got.start) == (pytest.approx(100.0), 500, 1732000000 * 10**9)
+    names = [f"{sensor}.{axis}" for sensor in ("angular_velocity", "linear_acceleration") for axis in "xyz"]
+    names = names if messages else [*"abcdef"]
+    np.testing.assert_array_equal(np.column_stack([got.values(name) for name in names]), values)
+
+
 def test_a_damaged_message_is_a_missing_sample(tmp_path: Path) -> None:
     values = np.random.default_rng(3).normal(size=(400, 6))
     messages = [echoed(k, v, 2) for k, v in enumerate(values)]

@@ -347,7 +347,7 @@ def test_notes_hold_what_was_understood(six: Path) -> None:
     assert set(notes["timebase"]) == {
         "source", "unit", "rate", "rate_nominal", "median_rate", "jitter_rms_s", "duplicates", "duplicate_rows",
         "backward", "backward_rows", "gaps", "missing", "gap_places", "drift_ppm", "resolution_s", "span_s",
-        "rate_change_ppm", "rate_change_error_ppm", "unplaced", "wander_s", "alone", "off_grid",
+        "rate_change_ppm", "rate_change_error_ppm", "unplaced", "wander_s", "set_back", "alone", "off_grid",
     }  # fmt: skip
     assert notes["source"]["format"] == "text"
     assert notes["source"]["size_bytes"] == six.stat().st_size

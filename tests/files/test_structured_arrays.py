@@ -45,3 +45,24 @@ def test_fields_with_several_numbers_and_fields_of_their_own(tmp_path: Path) -> 
         for name, values in zip(recording.names, expected.values(), strict=True):
             assert np.array_equal(recording.values(name), values), (seed, name)
         assert recording.names[-3:] == ("a_x", "a_y", "a_z") or not nested, seed
+
+
+@pytest.mark.parametrize("dtype", ["datetime64[us]", "datetime64[ns]", "timedelta64[ms]", "timedelta64[us]"])
+@pytest.mark.parametrize("structured", [True, False])
+def test_moments_and_durations_are_the_time_beside_samples(
+    tmp_path: Path, structured: bool, dtype: str
+) -> None:
+    values = np.random.default_rng(3).standard_normal(400)
+    begin = np.datetime64("2026-11-28T10:00", "ms").astype(np.int64) if dtype.startswith("date") else 0
+    t = (begin + 10 * np.arange(400)).astype(f"{dtype[: dtype.index('[')]}[ms]").astype(dtype)
+    if structured:
+        table = np.empty(400, dtype=[("t", dtype), ("gx", float)])
+        table["t"], table["gx"] = t, values
+        np.save(tmp_path / "log.npy", table)
+    else:
+        np.savez(tmp_path / "log.npz", t=t, gx=values)
+    (path,) = tmp_path.iterdir()
+    got = read(path)
+    assert (got.rate, got.n_samples, got.names) == (pytest.approx(100.0), 400, ("gx",))
+    assert got.start == (None if begin == 0 else begin * 10**6)
+    np.testing.assert_array_equal(got.values("gx"), values)

@@ -133,6 +133,9 @@ def test_a_time_among_the_signals_is_named_and_the_way_out_is_the_other_channels
     (finding,) = codes(of_six(y))["only_grows"]
     assert finding.channel == "gyro_x"
     assert finding.advice == "read the log without it: --channels gyro_y,gyro_z,acc_x,acc_y,acc_z"
+    y[:, 4] = np.nan  # an empty channel is no way out
+    (finding,) = codes(of_six(y))["only_grows"]
+    assert finding.advice == "read the log without it: --channels gyro_y,gyro_z,acc_x,acc_z"
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -65,7 +65,7 @@ def samples_among(
     InputError
         No such array, or none of numbers; the message lists what there is.
     """
-    tables = {k: s for k, s in shapes.items() if s[0].kind in "iufMV" and len(s[1]) in (1, 2)}
+    tables = {k: s for k, s in shapes.items() if s[0].kind in "iufMmV" and len(s[1]) in (1, 2)}
     if variable is not None:
         if variable not in shapes:
             raise InputError(f"{file}: no array {variable!r}; there are: {_listed(shapes)}")
@@ -269,9 +269,9 @@ def table_of(
     time_units: dict[int, str] = {}
     for name, array in arrays.items():
         for heading, column in _split(name, array, labels, len(arrays) == 1, _name_of(path)):
-            if column.dtype.kind == "M":
-                time_units[len(columns)] = "iso8601"
-                column = column.astype("datetime64[ns]").view(np.int64)
+            if column.dtype.kind in "Mm":
+                time_units[len(columns)] = "iso8601" if column.dtype.kind == "M" else "ns"
+                column = column.astype(f"{column.dtype.kind}8[ns]").view(np.int64)
             headings.append(heading)
             columns.append(ArrayColumn(column))
     rate, rate_from = _rate(small)
@@ -308,12 +308,15 @@ def _split(
     name: str, array: NDArray[Any], labels: list[str], alone: bool, file: str
 ) -> Iterator[tuple[str, NDArray[Any]]]:
     """Pairs of heading and column: fields of a structured array, columns of a table."""
-    if array.dtype.kind == "M" and array.ndim == 1:
+    if _is_time(array):
         yield name or "time", array
         return
     try:
         if array.dtype.names:
             for heading, field in _fields(array):
+                if _is_time(field):
+                    yield heading, field
+                    continue
                 table = checked_samples(field.reshape(len(field), -1))
                 yield from zip(_headings(heading, table.shape[1], [], False), table.T, strict=True)
             return
@@ -321,6 +324,11 @@ def _split(
     except (InputError, IndexError) as error:
         raise InputError(f"{file}{':' if name else ''}{name}: {error}") from None
     yield from zip(_headings(name, table.shape[1], labels, alone), table.T, strict=True)
+
+
+def _is_time(array: NDArray[Any]) -> bool:
+    """Moments or durations of NumPy."""
+    return array.dtype.kind in "Mm" and array.ndim == 1
 
 
 def _fields(array: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:

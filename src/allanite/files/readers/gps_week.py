@@ -128,6 +128,7 @@ def _pairs(headings: Sequence[Heading]) -> Iterator[tuple[int, int]]:
             clocks = [i for i in places if i != week and headings[i].group == "time"]
             of_week = [i for i in places if i != week and names_time_of_week(headings[i].name)]
             beside = [*of_week, *(i for i in beside if i in clocks), *clocks]
+            beside = of_week if name.lower() == "w" else beside  # else it is part of a quaternion
         else:
             beside = [i for i in beside if not headings[i].name]
         yield from ((week, i) for i in dict.fromkeys(beside))

@@ -98,7 +98,7 @@ def _stamped(table: StampTable, stated: StatedTime | None, intervals: Mapping[in
     named = [i for i, h in enumerate(headings) if h.group == "time" or i in table.known_units]
     named = [i for i in named if i not in intervals]
     several = _of_parts(table, named) if _may_be_parts(table, stated) else None
-    several = several or _pair(table, named)
+    several = several or _pair(table, named, None if stated is None else stated.place)
     if stated is not None:
         if several is not None and stated.place in several.used and not stated.unit:
             return several
@@ -412,8 +412,8 @@ def _of_packed(table: StampTable, stated: StatedTime | None) -> TimeChoice | Non
     )
 
 
-def _pair(table: StampTable, named: list[int]) -> TimeChoice | None:
-    """Whole seconds with what is finer."""
+def _pair(table: StampTable, named: list[int], one: int | None = None) -> TimeChoice | None:
+    """Whole seconds with what is finer; a column that is stated is one of the two."""
     headings, columns = table.headings, table.columns
     for fine in named:
         unit, factor = _stated(headings[fine].unit)
@@ -421,7 +421,9 @@ def _pair(table: StampTable, named: list[int]) -> TimeChoice | None:
         if (unit not in ("ms", "us", "ns") and not part) or fine in table.known_units:
             continue
         for coarse in named:
-            seconds = _whole_seconds(table, coarse) if coarse != fine else None
+            if coarse == fine or one not in (None, coarse, fine):
+                continue
+            seconds = _whole_seconds(table, coarse)
             if seconds is None or not is_fraction(look(columns[coarse]), look(columns[fine]), factor):
                 continue
             if coarse in table.questions:
@@ -435,7 +437,7 @@ def _pair(table: StampTable, named: list[int]) -> TimeChoice | None:
 
 
 def _whole_seconds(table: StampTable, place: int) -> float | None:
-    """Seconds in a unit of a column that rises by whole seconds; None for another one."""
+    """Seconds in a unit of a column that rises by whole seconds; None for another one, as ns since 1970."""
     column = table.columns[place]
     dated = place in table.known_units
     if not dated and table.headings[place].unit not in ("", "s"):
@@ -443,6 +445,8 @@ def _whole_seconds(table: StampTable, place: int) -> float | None:
     second = 1e9 if dated else 1.0
     values = np.concatenate([part[np.isfinite(part)] for part in look(column)])
     if not rises(column) and (np.diff(values) != 0).any():
+        return None
+    if not dated and len(values) and abs(values[0] + column.origin) > EPOCH[1]:
         return None
     return (
         1.0 / second

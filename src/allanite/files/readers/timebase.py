@@ -159,6 +159,7 @@ def fit_grid(
         ],
         "resolution_s": float(resolution),
         "unplaced": _unplaced(filled, probe, marks, source, interval),
+        "set_back": len(marks.shifts),
         "alone": longest_alone(filled, marks, interval) if tally.backward else None,
     }
     length = int(grid[-1] + n - begins[-1])
@@ -195,6 +196,7 @@ def _facts(*, source: str, unit: str, rate: float, nominal: float | None, interv
         "drift_ppm": None if nominal is None else (rate / nominal - 1.0) * 1e6,
         "resolution_s": 0.0,
         "unplaced": 0,
+        "set_back": 0,
         "alone": None,
     }
 

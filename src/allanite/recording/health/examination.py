@@ -181,7 +181,7 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
 
 def _advise_the_others(recording: Recording, findings: Sequence[Finding]) -> list[Finding]:
     """Channels that are no readings of a sensor are left out by reading the others: the advice names these."""
-    aside = {f.channel for f in findings if f.code in NO_READINGS}
+    aside = {f.channel for f in findings if f.code in {*NO_READINGS, "no_samples"}}
     others = [c.name for c in recording.channels if c.kind.noise_bearing and c.name not in aside]
     if not others:
         return [*findings]

@@ -52,15 +52,23 @@ def _spans(rows: Sequence[int]) -> list[tuple[int, int]]:
 # -- time -------------------------------------------------------------------------------------------------
 
 
-def _set_back(alone: Mapping[str, Any] | None) -> str:
-    """What to do about stamps that step back; `alone` cuts the longest part that has its times to itself."""
-    if not alone:
-        return "sort the rows, or pass --rate, which overrides the stamps"
-    options = " ".join(f"--{end} {alone[end]:.15g}" for end in ("from", "to") if end in alone)
-    return (
-        f"was the clock set back (to winter time, say)? {options} takes {alone['rows']} rows with unique "
-        "times; --rate overrides the stamps"
-    )
+def _set_back(times: int, alone: Mapping[str, Any] | None) -> str:
+    """What to do about stamps that step back, so many times for good.
+
+    `alone` cuts the longest part that has its times to itself.
+    """
+    if alone:
+        options = " ".join(f"--{end} {alone[end]:.15g}" for end in ("from", "to") if end in alone)
+        return (
+            f"was the clock set back (to winter time, say)? {options} takes {alone['rows']} rows with unique "
+            "times; --rate overrides the stamps"
+        )
+    if times:
+        return (
+            "did the logger restart, or were logs joined? Write each part to a separate file (sorted, their rows "
+            "would mix); --rate overrides the stamps"
+        )
+    return "sort the rows, or pass --rate, which overrides the stamps"
 
 
 def stamps(recording: Recording) -> Iterator[Finding]:
@@ -81,7 +89,7 @@ def stamps(recording: Recording) -> Iterator[Finding]:
         severity=Severity.FATAL if fatal else Severity.WARNING,
         spans=_spans(rows),
         count=backward + duplicates,
-        advice=_set_back(notes.get("alone")) if backward else None,
+        advice=_set_back(int(_number(notes, "set_back")), notes.get("alone")) if backward else None,
         repaired=not backward,
     )
 

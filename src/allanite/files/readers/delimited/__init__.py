@@ -16,14 +16,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import InputError
+from allanite.errors import FormatError, InputError
 from allanite.files.readers.delimited.cells import TextColumns
 from allanite.files.readers.delimited.dates import HALVES, in_halves, moments_column, unwrap_midnight
 from allanite.files.readers.delimited.dialect import Dialect, detect, split
-from allanite.files.readers.delimited.flat_messages import named_as_message
+from allanite.files.readers.delimited.flat_messages import named_as_message, named_by_parents
 from allanite.files.readers.delimited.labels import Labels, find_labels
 from allanite.files.readers.delimited.labview import Lvm, find_lvm
 from allanite.files.readers.delimited.preamble import facts_in, rate_in, units_in
+from allanite.files.readers.delimited.prefixed_rows import find_prefixed, holds_number
 from allanite.files.readers.delimited.printed_numbers import find_printed
 from allanite.files.readers.delimited.row_kinds import ChosenKind, choose_kind, find_kinds
 from allanite.files.readers.delimited.sentences import Sentences, find_sentences
@@ -60,8 +61,13 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
             )
             if labels is not None:
                 return _labeled(labels, stream, path, options, lines)
-        printed = None
+        prefixed = printed = None
         if sentences is None:
+            prefixed = find_prefixed(
+                [*lines, *others], stream.codec, delimiter=options.delimiter, decimal=options.decimal
+            )
+            if prefixed is not None:
+                others, lines = prefixed.head(others), prefixed.head(lines)
             printed = find_printed(
                 [*lines, *others], stream.codec, delimiter=options.delimiter, decimal=options.decimal
             )
@@ -85,12 +91,15 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
         if sentences is not None:
             dialect = _of_sentences(dialect, sentences)
         elif chosen is None:
-            dialect = named_as_message(dialect, lines)
-            keep = _kept_rows([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
+            dialect = named_by_parents(named_as_message(dialect, lines))
+            rows = [*lines[dialect.skip :], *others]
+            keep = _kept_rows(rows, dialect, options.variable, path.name)
+            _refuse_numbers_in_text(rows, dialect, path.name)
         cells = TextColumns(dialect, path.name, stream.codec, keep, date_order(options.time))
-        rewritten = sentences or printed
         for piece, line in pieces(stream, dialect.skip, path.name):
-            cells.feed(rewritten.piece(piece) if rewritten else piece, line)
+            for rewritten in (prefixed, sentences or printed):
+                piece = piece if rewritten is None else rewritten.piece(piece)
+            cells.feed(piece, line)
         columns = cells.finish()
     table = _table(path, stream, lines, dialect, cells, columns)
     if sentences is not None:
@@ -212,6 +221,23 @@ def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: st
             )
         return column, variable
     return None
+
+
+def _refuse_numbers_in_text(lines: list[str], dialect: Dialect, name: str) -> None:
+    """A column of text that is left out must not take a measured number with it."""
+    unnamed = [
+        i
+        for i, (kind, heading) in enumerate(zip(dialect.kinds, dialect.headings, strict=True))
+        if kind == "x" and not heading and i not in dialect.unit_columns.values()
+    ]
+    for i in unnamed:
+        rows = (split(line, dialect.delimiter, dialect.quoted) for line in lines)
+        cells = [row[i] for row in rows if len(row) == len(dialect.kinds)]
+        if holds_number(cells):
+            sign = {" ": "blanks", "\t": "a tab"}.get(dialect.delimiter, f"'{dialect.delimiter}'")
+            raise FormatError(
+                f"{name}: column {i + 1} holds a number behind other text, as in {cells[0]!r}; separate them by {sign}"
+            )
 
 
 def _may_identify(dialect: Dialect, column: int) -> bool:

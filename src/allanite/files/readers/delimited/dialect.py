@@ -59,6 +59,8 @@ _QUOTED = re.compile(r'"[ ]*([-+]?\d*,[\d,.eE+-]*\d)[ ]*"')
 _QUOTED_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+")
 #: What MATLAB displays above a matrix.
 _COMMON_FACTOR = re.compile(r"(1\.0e[-+]\d+) \*")
+#: What tells a spreadsheet program the delimiter, in the first line.
+_SEPARATOR = re.compile(r'"?sep=.?"?', re.IGNORECASE)
 #: Headings of columns that hold units.
 _NAMES_UNITS = re.compile(r"unit|einheit|unit[eé]|unidad|\buom\b|dimension", re.IGNORECASE)
 #: Different marks behind the numbers of a column; more are words that begin with digits.
@@ -544,7 +546,7 @@ def _header(
                 break
             parted = True
             continue
-        cells = _header_cells(line, vote, open_end, quoted)
+        cells = None if _SEPARATOR.fullmatch(line.strip()) else _header_cells(line, vote, open_end, quoted)
         if parted and _is_comment(line):  # a comment is a header only right above the data
             cells = None
         if cells is None or len(rows) == 3:

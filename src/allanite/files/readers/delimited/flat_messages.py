@@ -1,6 +1,6 @@
 # Specification: `ros2 topic echo --csv`: the fields of a message, depth first; sensor_msgs/Imu of common_interfaces.
 # SPDX-License-Identifier: BSD-3-Clause
-"""Rows that are the fields of a ROS message in their order, without a header."""
+"""Rows that are the fields of a ROS message in their order: without a header, or with a column for each message."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from dataclasses import replace
 
 from allanite.files.readers.delimited.dialect import Dialect, split
 
-__all__ = ["named_as_message"]
+__all__ = ["named_as_message", "named_by_parents"]
+
+_AXES = frozenset("xyzw")
 
 
 def _covariance(name: str) -> list[str]:
@@ -48,3 +50,14 @@ def named_as_message(dialect: Dialect, lines: Sequence[str]) -> Dialect:
         return dialect
     guess = "40 columns without names have the order of sensor_msgs/Imu: named so"
     return replace(dialect, headings=_IMU, guesses=(*dialect.guesses, guess))
+
+
+def named_by_parents(dialect: Dialect) -> Dialect:
+    """The dialect with angular_velocity.x for x behind an empty column called angular_velocity."""
+    headings, parent = list(dialect.headings), ""
+    for i, (heading, kind) in enumerate(zip(dialect.headings, dialect.kinds, strict=True)):
+        if parent and heading in _AXES:
+            headings[i] = f"{parent}.{heading}"
+        else:
+            parent = heading if kind == "e" else ""
+    return replace(dialect, headings=tuple(headings))
