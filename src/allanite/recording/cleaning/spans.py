@@ -22,6 +22,7 @@ from allanite.recording.health.finding import Finding
 from allanite.recording.health.meaning import triads
 from allanite.recording.health.motion import LEAST, LENGTH, NOISE, TURNED
 from allanite.recording.health.survey import ChannelSurvey
+from allanite.recording.health.tails import law_of_survey, reach_of_tails
 from allanite.recording.records import Kind, Recording
 from allanite.recording.sample_columns import merge_spans
 
@@ -90,7 +91,8 @@ def drop_spikes(recording: Recording, threshold: str = "") -> Recording:
     Parameters
     ----------
     threshold : str
-        In standard deviations of such distances; never less than noise of this length reaches once in 1000 records.
+        In standard deviations of such distances; never less than noise of this length and of these tails reaches once
+        in 1000 records.
 
     Raises
     ------
@@ -109,9 +111,10 @@ def drop_spikes(recording: Recording, threshold: str = "") -> Recording:
                 "heavy_tails); dropping them would change the measured noise"
             )
         size = np.abs(outliers.deviation) / np.where(outliers.sigma > 0, outliers.sigma, np.inf)
-        at = outliers.position[size > limit]
+        far = (size > limit) & (np.abs(outliers.deviation) > reach_of_tails(s, law_of_survey(s)))
+        at = outliers.position[far]
         if len(at):
-            least = min(least, float(size[size > limit].min()))
+            least = min(least, float(size[far].min()))
             spans[s.name] = np.stack([at, at + 1], axis=1)
     facts = {"threshold": limit} | ({"smallest": least} if spans else {})
     why = f"more than {limit:g} standard deviations from the surrounding samples"

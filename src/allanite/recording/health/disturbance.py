@@ -72,10 +72,11 @@ CLEARLY, LOUDEST = 1.5, 25.0
 # -- impulses ---------------------------------------------------------------------------------------------
 
 
-def impulses(survey: ChannelSurvey) -> Iterator[Finding]:
+def impulses(survey: ChannelSurvey, reach: float = 0.0) -> Iterator[Finding]:
     """Isolated samples far from their neighbours (battery B17); or too many of them to be isolated.
 
-    An impulse of height A adds A^2/n to the variance of n samples of white noise, at every lag alike.
+    An impulse of height A adds A^2/n to the variance of n samples of white noise, at every lag alike. Those within
+    `reach` are the tails of noise that is not Gaussian: without them N would be too low.
     """
     outliers = impulses_of(survey)
     if survey.sigma == 0.0 or is_unresolved(survey):
@@ -87,6 +88,10 @@ def impulses(survey: ChannelSurvey) -> Iterator[Finding]:
         ):  # otherwise the disturbance, or the change of the noise, says it
             yield _heavy_tails(survey, outliers)
         return
+    far = np.abs(outliers.deviation) > reach
+    if not far.all():
+        yield _heavy_tails(survey, _of(outliers, ~far))
+        outliers = _of(outliers, far)
     if len(outliers.position) == 0:
         return
     weight = 3.0 if survey.channel.kind.integrated else 1.0
@@ -102,11 +107,15 @@ def impulses_of(survey: ChannelSurvey) -> Impulses:
         return outliers
     at = np.minimum(outliers.position // survey.scales[0].window, len(louder) - 1)
     far = np.abs(outliers.deviation) > Spikes.factor(survey.n_samples) * outliers.sigma * np.sqrt(louder[at])
+    return _of(outliers, far)
+
+
+def _of(outliers: Impulses, some: NDArray[np.bool_]) -> Impulses:
     return replace(
         outliers,
-        position=outliers.position[far],
-        deviation=outliers.deviation[far],
-        sigma=outliers.sigma[far],
+        position=outliers.position[some],
+        deviation=outliers.deviation[some],
+        sigma=outliers.sigma[some],
     )
 
 

@@ -246,11 +246,13 @@ def _noise_scales(
 def _samples(
     surveys: Sequence[ChannelSurvey], laws: Mapping[str, tails.Tails]
 ) -> tuple[list[Finding], list[ChannelSurvey]]:
-    """Single samples that are no readings, and what is left; those of contaminated noise are no spikes."""
+    """Single samples that are no readings, and what is left; the tails of noise that is not Gaussian are no spikes."""
 
     def impulses(survey: ChannelSurvey) -> Iterator[Finding]:
-        mixed = laws[survey.name].law is tails.TailLaw.CONTAMINATED
-        return iter(()) if mixed else disturbance.impulses(survey)
+        law = laws[survey.name]
+        if law.law is tails.TailLaw.CONTAMINATED:
+            return iter(())
+        return disturbance.impulses(survey, tails.reach_of_tails(survey, law))
 
     return _stretches(
         [impulses if look is disturbance.impulses else look for look in SAMPLE_DETECTORS], surveys

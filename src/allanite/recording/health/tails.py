@@ -36,8 +36,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.lazy_dataclasses import dataclass
-from allanite.quantities.distributions import normal_quantile
+from allanite.quantities.distributions import normal_quantile, student_quantile
 from allanite.recording.health.finding import Finding, Severity, finding, percent
+from allanite.recording.health.impulses import Spikes
 from allanite.recording.health.survey import ChannelSurvey, lattice_of, probes
 from allanite.recording.health.tallies import Extremes
 from allanite.recording.records import Recording
@@ -49,6 +50,7 @@ __all__ = [
     "contaminated",
     "law_of",
     "law_of_survey",
+    "reach_of_tails",
     "tails_of",
     "without_short_scales",
 ]
@@ -204,6 +206,41 @@ def law_of_survey(survey: ChannelSurvey) -> Tails:
     return tails_of([values for _, values in survey.probes], survey.lattice.step)
 
 
+def reach_of_tails(survey: ChannelSurvey, law: Tails) -> float:
+    """How far samples of heavy-tailed noise may lie from their level: beyond is one in a thousand records.
+
+    That of Student's law, fitted to the samples without those that may be no part of the noise.
+
+    Parameters
+    ----------
+    survey : ChannelSurvey
+    law : Tails
+        Of all samples.
+
+    Returns
+    -------
+    float
+        In the unit of the samples; 0.0 where the others have no heavy tails.
+    """
+    apart = survey.impulses.position
+    if law.law is not TailLaw.HEAVY or not len(apart):
+        return 0.0
+    others = [_without(values, apart - first) for first, values in survey.probes]
+    if tails_of(others, survey.lattice.step).law not in (TailLaw.HEAVY, TailLaw.CONTAMINATED):
+        return 0.0
+    rows = _about_level(_rows(others))
+    spread = float(np.median(np.abs(rows))) / 0.6745
+    _, freedom, scale = _student(_Binned.of(rows.ravel() / spread))
+    tail = Spikes.ALARM / (2.0 * survey.present)
+    return spread * math.sqrt(scale) * student_quantile(1.0 - tail, freedom)
+
+
+def _without(values: Samples, places: NDArray[np.int64]) -> Samples:
+    left = values.copy()
+    left[places[(places >= 0) & (places < len(values))]] = np.nan
+    return left
+
+
 def without_short_scales(survey: ChannelSurvey, tails: Tails) -> ChannelSurvey:
     """The facts without the scales at which contaminated samples make windows stand out.
 
@@ -331,7 +368,7 @@ def _explained(binned: _Binned, share: float, ratio: float, core: float) -> bool
     """Vuong's test of the mixture against Student's and Laplace's laws."""
     mixture = np.log(np.maximum(_density(binned.square, share, ratio, core), 1e-300))
     total = float(binned.count.sum())
-    for rival in (_student(binned), _laplace(binned)):
+    for rival in (_student(binned)[0], _laplace(binned)):
         gain = mixture - rival
         mean = float(binned.count @ gain) / total
         sd = math.sqrt(max(float(binned.count @ (gain - mean) ** 2) / total, 1e-300))
@@ -340,9 +377,9 @@ def _explained(binned: _Binned, share: float, ratio: float, core: float) -> bool
     return True
 
 
-def _student(binned: _Binned) -> Samples:
-    """Logarithm of the density of Student's law of largest likelihood, the freedom on a grid."""
-    best, density = -math.inf, np.zeros_like(binned.square)
+def _student(binned: _Binned) -> tuple[Samples, float, float]:
+    """Student's law of largest likelihood, the freedom on a grid: logarithm of its density, freedom, squared scale."""
+    best, law = -math.inf, (np.zeros_like(binned.square), 60.0, 1.0)
     total = float(binned.count.sum())
     for freedom in np.geomspace(1.0, 60.0, 24).tolist():
         scale = 1.0
@@ -354,8 +391,8 @@ def _student(binned: _Binned) -> Samples:
         trial = norm - 0.5 * (freedom + 1.0) * np.log1p(binned.square / (freedom * scale))
         log = float(binned.count @ trial)
         if log > best:
-            best, density = log, trial
-    return density
+            best, law = log, (trial, freedom, scale)
+    return law
 
 
 def _laplace(binned: _Binned) -> Samples:

@@ -215,11 +215,11 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "spikes": (
         "noise with heavy tails; a knock that rings; a step of the level",
-        "few, in short bursts, in an otherwise quiet record; a step is permanent",
+        "few, in short bursts, further out than the tails of the other samples reach; a step is permanent",
     ),
     "heavy_tails": (
         "spikes; a disturbance",
-        "too many for isolated impulses, and evenly distributed over the record",
+        "too many for isolated impulses, or no further out than the tails of the other samples reach",
     ),
     "contaminated": (
         "spikes; noise that changes; coarse steps; Student or Laplace noise",
