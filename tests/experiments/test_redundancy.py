@@ -615,3 +615,22 @@ def test_a_bad_file_of_axes_is_refused(text: str, message: str, tmp_path: Path) 
     (tmp_path / "axes.csv").write_text(text)
     with pytest.raises(FormatError, match=message):
         directions_from(tmp_path / "axes.csv")
+
+
+@pytest.mark.parametrize("silent", [["b"], ["a", "d"]])
+@pytest.mark.parametrize("missing", [False, True])
+def test_a_sensor_that_is_silent_throughout_is_no_agreement(silent: list[str], missing: bool) -> None:
+    names = [*"abcd"]
+    y = 0.01 * np.random.default_rng(3).standard_normal((20_000, 4))
+    for name in silent:
+        y[:, names.index(name)] = 0.0123
+    if missing:
+        y[5000:7000] = np.nan
+    record = Recording.from_rate(y, rate=100.0, unit="rad/s", names=names)
+    model = NoiseModel.of(White(N=1e-3), RandomWalk(K=2e-5))
+    left = ",".join(name for name in names if name not in silent)
+    with pytest.raises(
+        InputError, match=f"one value throughout the record: {', '.join(silent)}.*--channels {left}"
+    ):
+        combine(record, models=model)
+    assert combine(record, models=model, channels=left.split(",")).verdict

@@ -131,6 +131,15 @@ def test_a_short_log_is_tested_in_size_alone() -> None:
     assert empty.verdict is InnovationsVerdict.UNTESTED
 
 
+@pytest.mark.parametrize("rows", [1, 5, 29])
+def test_a_few_innovations_show_nothing_but_what_is_plainly_wrong(rows: int) -> None:
+    e = np.r_[np.random.default_rng(1).standard_normal(rows), np.full(20, np.nan)]
+    (axis,) = examine_innovations(e, np.ones(len(e)), rate=1.0).axes
+    assert axis.verdict is InnovationsVerdict.UNTESTED and "of the 30 that a test needs" in axis.reason
+    (axis,) = examine_innovations(20 * e, np.ones(len(e)), rate=1.0).axes
+    assert axis.verdict is InnovationsVerdict.FAILS
+
+
 @pytest.mark.parametrize(
     ("e", "s", "rate", "says"),
     [

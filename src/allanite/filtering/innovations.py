@@ -39,6 +39,7 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.noise.spectrum.bands import PER_DECADE, MeanDensity, band_edges, band_of, level, widths
 from allanite.noise.spectrum.estimation import power_spectrum
 from allanite.noise.spectrum.results import Spectrum
+from allanite.plain_files.counted import plural
 from allanite.quantities.distributions import chi_square_quantiles, chi_square_tails
 from allanite.quantities.number_words import number
 from allanite.quantities.probabilities import require_probabilities
@@ -51,6 +52,8 @@ __all__ = ["InnovationAxis", "Innovations", "InnovationsVerdict", "WrongNumber",
 
 Array = NDArray[np.float64]
 
+#: Innovations of fewer than this do not show even a factor of two in their variance.
+_FEWEST = 30
 #: One right filter in a thousand is called wrong by each test.
 SMALL = 1e-3
 #: Degrees of freedom of the lowest frequencies together, at least.
@@ -155,14 +158,15 @@ class InnovationAxis(Result):
     @property
     def verdict(self) -> InnovationsVerdict:
         """Whether any number of the filter is wrong."""
-        if self.consistency.count == 0:
-            return InnovationsVerdict.UNTESTED
-        wrong = bool(self.misfits) or not self.consistency.consistent
-        return InnovationsVerdict.FAILS if wrong else InnovationsVerdict.HOLDS
+        if self.consistency.count and (self.misfits or not self.consistency.consistent):
+            return InnovationsVerdict.FAILS
+        return InnovationsVerdict.HOLDS if self.consistency.count >= _FEWEST else InnovationsVerdict.UNTESTED
 
     @property
     def reason(self) -> str:
         """Which number is wrong and by how much, or what was tested."""
+        if self.consistency.count and self.verdict is InnovationsVerdict.UNTESTED:
+            return f"{self.name}: {plural(self.consistency.count, 'innovation')} of the {_FEWEST} that a test needs"
         if not self.misfits:
             return f"{self.name}: {self.consistency.reason}"
         return _misfit_sentence(self.name, self.misfits, self.fast, self.slow)

@@ -28,7 +28,13 @@ from allanite.fitting.rivals import leaves_slow_noise_open, supported_families
 from allanite.fitting.sets import fisher_sd
 from allanite.fitting.stand_ins import PowerLaws, power_laws, shortest_time
 from allanite.fitting.undecided import over_families, with_alternative
-from allanite.fitting.verdict import quick_words, stand_in_words, supported_words, with_slow_notes
+from allanite.fitting.verdict import (
+    CONTRADICTED,
+    quick_words,
+    stand_in_words,
+    supported_words,
+    with_slow_notes,
+)
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.allan.degrees import chi_square_factors
@@ -246,7 +252,7 @@ def _verdict(models: list[NoiseModel], dt: float) -> str:
             f" No sum of terms explains the curve better than to {facts['discrepancy']:.1%} in variance; "
             "the intervals include that."
         )
-    elif facts["p"] < 0.01:
+    elif facts["p"] < CONTRADICTED:
         text += f" The model does not explain the curve well (p = {facts['p']:.1g})"
         text += ": the record contains something else."
     return text + quick_words(models[0], dt) + stand_in_words(facts)

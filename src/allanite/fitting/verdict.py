@@ -13,6 +13,7 @@ from allanite.plain_files.counted import listed
 from allanite.quantities.number_words import duration
 
 __all__ = [
+    "CONTRADICTED",
     "power_law_words",
     "quick_words",
     "stand_in_words",
@@ -30,6 +31,8 @@ _NAMES = {
     "K": "random walk",
     "R": "ramp",
 }
+#: Probability of so poor a fit below which a model does not explain its record.
+CONTRADICTED = 0.01
 
 
 def supported_words(models: Sequence[NoiseModel]) -> str:
@@ -105,8 +108,11 @@ def quick_words(model: NoiseModel, dt: float) -> str:
 
 
 def power_law_words(facts: Mapping[str, float]) -> str:
-    """The power laws that the record allows, as in "f^-0.9 to f^-1.1"; empty where it allows none."""
-    if "slope_lower" not in facts:
+    """The power laws that the record allows, as in "f^-0.9 to f^-1.1"; empty where it allows none.
+
+    Beside a model that the record contradicts, to do as well means nothing.
+    """
+    if "slope_lower" not in facts or (facts.get("p", 1.0) < CONTRADICTED and not facts["slope_better"]):
         return ""
     low, high = facts["slope_lower"], facts["slope_upper"]
     return f"f^-{low:g}" if low == high else f"f^-{low:g} to f^-{high:g}"

@@ -47,6 +47,7 @@ from allanite.noise.given_models import models_of
 from allanite.plain_files.counted import plural
 from allanite.quantities.distributions import normal_quantile
 from allanite.quantities.probabilities import require_probabilities
+from allanite.recording.channel_names import for_shell
 from allanite.recording.records import Kind, Recording
 
 __all__ = ["combine", "measured_gain"]
@@ -124,6 +125,7 @@ def combine(
     setup = _Setup.of(recording, names, noise, h, averaging, window, rest)
     advance(0.1, "reading")
     means = window_means(recording, names, setup.window)
+    _refuse_silent(means, names)
     fine = means if setup.fine == setup.window else window_means(recording, names, setup.fine)
     advance(0.4, "looking for faults")
     examination = examine(
@@ -169,6 +171,22 @@ def _check(
     require_probabilities(false_alarm=false_alarm, confidence=confidence)
     if not (math.isfinite(motion_error) and motion_error >= 0):
         raise InputError(f"motion_error must be finite and not negative, not {motion_error!r}")
+
+
+def _refuse_silent(means: WindowMeans, names: tuple[str, ...]) -> None:
+    """A sensor that repeats one value from end to end agrees with anything, and no parity tells that it is stuck."""
+    levels = (level[~np.isnan(level)] for level in means.mean.T)
+    silent = [
+        name
+        for name, level, frozen in zip(names, levels, means.frozen.T, strict=True)
+        if frozen.any() and (level == level[0]).all()
+    ]
+    if silent:
+        others = [name for name in names if name not in silent]
+        raise InputError(
+            f"one value throughout the record: {', '.join(silent)}. Check the wiring and the range, or combine the "
+            f"others: --channels {for_shell(','.join(others))} (channels= in Python)"
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

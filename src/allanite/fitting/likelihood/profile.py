@@ -92,8 +92,8 @@ def slope_set(search: LikelihoodSearch, best: Peak, confidence: float) -> tuple[
     places, change = _slope_variance_gradient(search, best)
     drawn = here + _allowed(best, places) @ change
     drawn = np.maximum(drawn, _LEAST_VARIANCE * here)
-    mean, spread = max(float(drawn.mean()), here), float(drawn.var())
-    dof = max(2 * mean**2 / max(spread, 1e-9 * mean**2), 1.0)
+    mean = max(float(drawn.mean()), here)
+    dof = max(2 / max(float((drawn / mean).var()), 1e-9), 1.0)
     reach = float(stdtrit(dof, (1 + confidence) / 2)) * math.sqrt(mean)
     return best.value.slope - reach, best.value.slope + reach
 

@@ -35,7 +35,13 @@ from allanite.fitting.rivals import (
     supported_families,
 )
 from allanite.fitting.undecided import over_families, with_alternative
-from allanite.fitting.verdict import quick_words, stand_in_words, supported_words, with_slow_notes
+from allanite.fitting.verdict import (
+    CONTRADICTED,
+    quick_words,
+    stand_in_words,
+    supported_words,
+    with_slow_notes,
+)
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Estimate, NoiseModel
 from allanite.noise.allan.degrees import chi_square_factors
@@ -223,7 +229,7 @@ def _with_verdict(models: list[NoiseModel], dt: float) -> list[NoiseModel]:
             f" The noise within {facts['shortest_tau']:.3g} s fits none of the tested sums of terms (the "
             "sensor's filter, vibration) and is left out."
         )
-    if facts["p"] < 0.01:
+    if facts["p"] < CONTRADICTED:
         text += (
             f" The model does not explain the record well (p = {facts['p']:.1g}): it contains something "
             "else, which the intervals do not include."

@@ -63,10 +63,10 @@ def kurtosis_of(stretches: Iterable[NDArray[np.float64]], without: int = 0) -> f
     """
     excesses, used = [], 0
     for d in stretches:
-        square = d * d
-        mean = float(square.mean())
-        if mean > 0:
-            excesses.append(float((square * square).mean()) / mean**2 - 3.0)
+        largest = float(np.abs(d).max(initial=0.0))
+        if largest > 0:
+            square = (d / largest) ** 2  # the fourth power of a small number is zero
+            excesses.append(float((square * square).mean()) / float(square.mean()) ** 2 - 3.0)
             used += len(d)
     kept = sorted(excesses)[: len(excesses) - without]
     if not kept:

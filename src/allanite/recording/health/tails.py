@@ -173,11 +173,11 @@ def tails_of(stretches: Sequence[Samples], step: float = 0.0) -> Tails:
     spread = float(np.median(np.abs(values))) / 0.6745
     if step > COARSE * spread or abs(_neighbors(rows, spread)) > WHITE:
         return Tails(law=TailLaw.UNKNOWN, samples=n)
-    square = float(np.mean(values**2))
-    excess = float(np.mean(values**4)) / square**2 - 3.0
+    scaled = values / spread  # the fourth power of a small number is zero
+    excess = float(np.mean(scaled**4)) / float(np.mean(scaled**2)) ** 2 - 3.0
     if excess < SLIGHT or _kurtosis_deviate(excess, n) < _bar():
         return Tails(law=TailLaw.GAUSSIAN, samples=n)
-    binned = _Binned.of(values / spread)
+    binned = _Binned.of(scaled)
     share, ratio, core = _mixture(binned)
     if not _scattered(rows, spread * core, share, ratio):
         return Tails(law=TailLaw.CLUSTERED, samples=n, kurtosis=excess)
