@@ -495,12 +495,12 @@ def test_headings(text: str, name: str, unit: str, group: str) -> None:
     ],
 )
 def test_rates_in_preambles(line: str, rate: float | None) -> None:
-    assert rate_in([line])[0] == (None if rate is None else pytest.approx(rate))
+    assert rate_in([line]).rate == (None if rate is None else pytest.approx(rate))
 
 
 def test_serial_number_and_sensor_in_preambles() -> None:
     assert facts_in(["Device: SiRRS01-03", "S/N: A-17"]) == {"serial": "A-17", "sensor": "SiRRS01-03"}
-    assert rate_in(["fs=100", "rate: 200"])[2] != ()
+    assert rate_in(["fs=100", "rate: 200"]).guesses != ()
 
 
 @pytest.mark.parametrize(

@@ -164,7 +164,7 @@ def test_one_unit_for_a_file_is_not_that_of_a_sensor_of_another_kind(tmp_path: P
 def test_a_rate_stands_behind_several_signs(line: str) -> None:
     from allanite.files.readers.delimited.preamble import rate_in
 
-    assert rate_in([line])[0] == 60.0
+    assert rate_in([line]).rate == 60.0
 
 
 def test_channels_that_stand_still_are_left_out_by_the_advice(tmp_path: Path) -> None:

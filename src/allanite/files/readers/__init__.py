@@ -5,10 +5,11 @@ One module per format: `numpy_file` (the example to imitate), `run`, `parquet`, 
 `ulog`, `mavlink`, `tdms`, `r_data`, `raw_binary`, `spreadsheet`, `text`. They share `assembly` (columns to a
 Recording), `arrays` (named arrays to columns), `contents` (which of several tables is read), `curve_shape` (a table
 that is no log), `clock_table` (phase and frequency), `headings` (what a column name says), `stamps` (which column is
-time), `stated_time`, `stamp_units` and `turning` (how its values count), `part` (between two times), `timebase` (stamps
-to an even grid, along the line of `clock_line`), `spool` (unpacking within limits), `sandbox` (parsing in a child
-process), `hdf5_tree` (HDF5 that stays in its file) and `record_chain`
-(records in a torn stream); `joining` makes one log of several files.
+time), `stated_time`, `stamp_units` and `turning` (how its values count), `stated_rate` (which rate of several
+statements counts), `part` (between two times), `timebase` (stamps to an even grid, along the line of `clock_line`),
+`spool` (unpacking within limits), `sandbox` (parsing in a child process), `hdf5_tree` (HDF5 that stays in its file),
+`packed_values` (integers with a scale and an offset) and `record_chain` (records in a torn stream); `joining` makes
+one log of several files.
 
 To add a format: one module, one word in `READERS`, one folder in ``tests/samples``.
 """

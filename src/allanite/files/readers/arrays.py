@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.files.readers.headings import is_unit, may_be_time, read_heading, shared_unit
+from allanite.files.readers.stated_rate import StatedRate, chosen_rate, keyed_statement
 from allanite.files.readers.table import Options, Table
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.channel_names import for_shell
@@ -44,10 +45,6 @@ Index = tuple[slice | int, ...]
 
 _AXES = ("x", "y", "z")
 _INDEXED = re.compile(r"(.*?)\s*([\[(])([^\[\]()]*)[\])]")
-_RATE_NAMES = frozenset(
-    {"fs", "rate", "sample_rate", "sampling_rate", "samplerate", "frequency", "freq", "sfreq"}
-)
-_INTERVAL_NAMES = frozenset({"dt", "ts", "sample_interval", "sampling_interval", "period"})
 _LABEL_NAMES = frozenset({"columns", "names", "channels", "labels", "header", "fields", "channel_names"})
 _UNIT_NAMES = frozenset({"unit", "units"})
 
@@ -274,7 +271,7 @@ def table_of(
                 column = column.astype(f"{column.dtype.kind}8[ns]").view(np.int64)
             headings.append(heading)
             columns.append(ArrayColumn(column))
-    rate, rate_from = _rate(small)
+    stated = _rate(small)
     units = _words(small, _UNIT_NAMES)
     if len(units) == 1 and is_unit(units[0]):
         remarks: list[str] = []
@@ -289,10 +286,11 @@ def table_of(
         units=tuple(units) if len(units) == len(columns) else (),
         units_from="metadata" if units and len(units) == len(columns) else "none",
         time_units=time_units,
-        rate=rate,
-        rate_from=rate_from,
+        rate=stated.rate,
+        rate_from=stated.where,
+        rate_doubt=stated.doubt,
         source={**_facts_of(path), "variables": [k for k in arrays if k]},
-        guesses=guesses,
+        guesses=(*guesses, *stated.guesses),
     )
 
 
@@ -370,15 +368,6 @@ def _words(small: Mapping[str, NDArray[Any]], names: frozenset[str]) -> list[str
     return []
 
 
-def _rate(small: Mapping[str, NDArray[Any]]) -> tuple[float | None, str]:
-    for key, array in small.items():
-        if array.size != 1 or array.dtype.kind not in "iuf":
-            continue
-        value = float(array.reshape(()))
-        if not (math.isfinite(value) and value > 0):
-            continue
-        if key.lower() in _RATE_NAMES:
-            return value, f"array {key!r}"
-        if key.lower() in _INTERVAL_NAMES:
-            return 1.0 / value, f"array {key!r}"
-    return None, ""
+def _rate(small: Mapping[str, NDArray[Any]]) -> StatedRate:
+    numbers = {k: float(a.reshape(())) for k, a in small.items() if a.size == 1 and a.dtype.kind in "iuf"}
+    return chosen_rate(keyed_statement(key, value, "array") for key, value in numbers.items())

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
 from allanite.files.readers.nested_columns import Decode, NumberColumn, number_columns
+from allanite.files.readers.stated_rate import StatedRate, Statement, chosen_rate, keyed_statement
 from allanite.files.readers.table import Table
 from allanite.plain_files.arrow_numbers import numbers_of, whole_numbers_of
 from allanite.plain_files.json_values import parse_plain
@@ -32,7 +33,6 @@ __all__ = ["DESCRIPTION", "brief", "table_of_arrow"]
 #: Key of the metadata under which `parquet.write` keeps the channels.
 DESCRIPTION = b"allanite"
 _KEPT_GROUPS, _LARGE = 3, 1 << 20  # groups kept of a column; of larger ones [bytes] only one
-_RATE_KEYS = (b"rate", b"sample_rate", b"sampling_rate", b"fs")
 
 
 class _LazyColumn:
@@ -194,8 +194,9 @@ def table_of_arrow(
         columns.append(_LazyColumn(f, dtype, edges, decode, dtype.kind in "iu"))
     units = tuple(f.metadata.get(b"unit", b"").decode("utf-8", "replace") for f in used)
     ours = _ours(schema.metadata or {}, name)
-    rate, key = _rate(schema.metadata or {})
+    stated = _rate(schema.metadata or {})
     dropped = [n for n in schema.names if n not in {f.source for f in used}]
+    left_out = (f"columns without numbers left out: {', '.join(dropped)}",) if dropped else ()
     return Table(
         format=form,
         headings=tuple(names),
@@ -203,26 +204,26 @@ def table_of_arrow(
         units=units,
         units_from="metadata" if any(units) else "none",
         time_units=time_units,
-        rate=ours.get("rate", rate),
-        rate_from="metadata" if ours or key else "",
+        rate=ours.get("rate", stated.rate),
+        rate_from="metadata" if ours else stated.where,
+        rate_doubt=None if ours else stated.doubt,
         start=ours.get("start"),
         source=source,
-        guesses=(f"columns without numbers left out: {', '.join(dropped)}",) if dropped else (),
+        guesses=(*left_out, *stated.guesses),
         channels=ours.get("channels"),
         history=ours.get("history", ()),
     )
 
 
-def _rate(metadata: Mapping[bytes, bytes]) -> tuple[float | None, str]:
-    for key in _RATE_KEYS:
-        if key in metadata:
-            try:
-                value = float(metadata[key])
-            except ValueError:
-                continue
-            if math.isfinite(value) and value > 0:
-                return value, key.decode()
-    return None, ""
+def _rate(metadata: Mapping[bytes, bytes]) -> StatedRate:
+    return chosen_rate(_statement(key, text) for key, text in metadata.items())
+
+
+def _statement(key: bytes, text: bytes) -> Statement | None:
+    try:
+        return keyed_statement(key.decode("utf-8", "replace"), float(text), "metadata")
+    except ValueError:
+        return None
 
 
 def _ours(metadata: Mapping[bytes, bytes], name: str) -> dict[str, Any]:

@@ -248,6 +248,8 @@ def _grid(
             )
         except DataQualityError as error:
             raise DataQualityError(f"{name}: {error}") from None
+    if table.rate is None and table.rate_doubt is not None:
+        table = _with_settled_rate(table, options, name, guesses)
     if table.rate is not None:
         rate = checked_rate(table.rate)
         if counters:
@@ -255,6 +257,19 @@ def _grid(
         return even_grid(n, rate, source=table.rate_from, nominal=table.rate)
     hints = [*guesses, *([CATALOGUE["rows_of_means"].advice] if _is_of_positions(table) else [])]
     raise _no_rate(_stamp_table(table, options, name), bool(counters), options, hints)
+
+
+def _with_settled_rate(table: Table, options: Options, name: str, guesses: list[str]) -> Table:
+    """The table with the rate that its doubtful statement means; asks where that is open."""
+    doubt = table.rate_doubt
+    if doubt is None:
+        return table
+    inertial = _inertial(_headings(table), options, table.prefix)
+    settled = doubt.settled(inertial=inertial, clock=options.kind is not None)
+    if settled is None:
+        raise InputError(f"{name}: {doubt.asked(inertial=inertial)}")
+    guesses.append(settled[1])
+    return replace(table, rate=settled[0], rate_from=doubt.where)
 
 
 def _is_of_positions(table: Table) -> bool:

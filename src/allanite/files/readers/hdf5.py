@@ -24,6 +24,7 @@ from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
 from allanite.files.readers.headings import may_be_time, read_heading
 from allanite.files.readers.sandbox import run
+from allanite.files.readers.stated_rate import chosen_rate, keyed_statement
 from allanite.files.readers.table import Options, Table
 from allanite.plain_files.extras import require
 from allanite.plain_files.regular_file import regular
@@ -36,16 +37,6 @@ _MATLAB = b"MATLAB"
 _SPARE_MEMORY = 512 << 20
 _SMALL = 4096  # elements; smaller arrays may describe the large ones
 _UNIT_KEYS: Final = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
-_RATE_KEYS: Final = (
-    "rate",
-    "sample_rate",
-    "sampling_rate",
-    "samplerate",
-    "sampling_frequency",
-    "fs",
-    "frequency",
-)
-_STEP_KEYS: Final = ("dt", "sample_interval", "sampling_interval", "period")
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -88,8 +79,12 @@ def read(path: Path, options: Options) -> Table:
     table = table_of(samples, small, path, NAME, tuple(facts["guesses"]))
     if any(units) and len(units) == len(table.headings):
         table = replace(table, units=units, units_from="metadata")
-    if facts["rate"] is not None:
-        table = replace(table, rate=facts["rate"], rate_from=f"attribute {facts['rate_from']!r}")
+    if facts["rates"]:
+        stated = chosen_rate(keyed_statement(key, value, "attribute") for key, value in facts["rates"])
+        guesses = (*table.guesses, *stated.guesses)
+        table = replace(
+            table, rate=stated.rate, rate_from=stated.where, rate_doubt=stated.doubt, guesses=guesses
+        )
     return replace(table, source={**table.source, **facts["source"]})
 
 
@@ -148,11 +143,9 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
         arrays = {f"samples {_last(leaf)}": read_leaf(leaf, name) for leaf in leaves}
         group = part.name.split(" (")[0].strip("/")
         arrays |= {f"small {k}": a for k, a in _small(tree, group, leaves, name).items()}
-        rate, rate_from = _rate(leaves, tree, group)
         facts = {
             "units": {_last(leaf): _unit(leaf) for leaf in leaves},
-            "rate": rate,
-            "rate_from": rate_from,
+            "rates": _rate_attributes(leaves, tree, group),
             "guesses": guesses + [f"not read: {w}" for w in tree.outside[:20]],
             "source": {"group": part.name, "contents": listed(parts)},
         }
@@ -165,11 +158,9 @@ def _record(leaf: Leaf, tree: Tree, index: Any, name: str) -> tuple[dict[str, An
         raise InputError(f"{name}: {leaf.path} is not an array of numbers ({leaf.dtype})")
     last = _last(leaf)
     samples = one_record({last: read_leaf(leaf, name)}, last, index, name)[last]
-    rate, rate_from = _rate([leaf], tree, leaf.path.rpartition("/")[0])
     facts: dict[str, Any] = {
         "units": {last: _unit(leaf)},
-        "rate": rate,
-        "rate_from": rate_from,
+        "rates": _rate_attributes([leaf], tree, leaf.path.rpartition("/")[0]),
         "guesses": [],
         "source": {"group": leaf.path, "contents": []},
     }
@@ -230,24 +221,22 @@ def _attribute(thing: Any, key: str) -> Any:
     return thing.attrs.get(key, None)
 
 
-def _rate(leaves: list[Leaf], tree: Tree, group: str) -> tuple[float | None, str]:
-    """Rate that an attribute of the datasets, the group or the file states."""
+def _rate_attributes(leaves: list[Leaf], tree: Tree, group: str) -> list[tuple[str, float]]:
+    """Attributes that state the rate: of the first dataset that has some, else of the group, else of the file."""
     above = [tree.groups[g] for g in (group, "") if g in tree.groups]
     for thing in (*(leaf.dataset for leaf in leaves), *above):
-        for keys, inverse in ((_RATE_KEYS, False), (_STEP_KEYS, True)):
-            for key in keys:
-                value = _number(_attribute(thing, key))
-                if value is not None:
-                    return (1.0 / value if inverse else value), key
-    return None, ""
+        numbers = [(str(key), _number(thing.attrs.get(key))) for key in thing.attrs]
+        stated = [(k, v) for k, v in numbers if v is not None and keyed_statement(k, v, "attribute")]
+        if stated:
+            return stated
+    return []
 
 
 def _number(value: Any) -> float | None:
     array = np.asarray(value)
     if array.size != 1 or array.dtype.kind not in "iuf":
         return None
-    number = float(array.reshape(()))
-    return number if math.isfinite(number) and number > 0 else None
+    return float(array.reshape(()))
 
 
 def _small(tree: Tree, group: str, leaves: list[Leaf], name: str) -> Arrays:

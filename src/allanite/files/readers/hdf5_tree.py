@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, LimitError
+from allanite.files.readers.packed_values import Packing, packing_of
 from allanite.files.readers.spool import BOMB_BYTES, BOMB_RATIO, to_file
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import GROUPS, refuse_more
@@ -217,19 +218,27 @@ def read_leaf(leaf: Leaf, name: str) -> NDArray[Any]:
         kind = LimitError if "bomb" in leaf.refused else FormatError
         raise kind(f"{name}: dataset {leaf.path} {leaf.refused}")
     plain = leaf.dtype.newbyteorder("=") if leaf.dtype.names is None else leaf.dtype
+    packing = packing_of(leaf.dataset) if leaf.dtype.kind in "iuf" else None
+    if packing is not None:
+        plain = np.dtype(np.float64)
     if leaf.n_bytes <= _PIECE or len(leaf.shape) == 0:
-        return np.asarray(leaf.dataset[()]).astype(plain, copy=False)
-    with to_file(_pieces(leaf, plain)) as file:
+        return _unpacked(np.asarray(leaf.dataset[()]), packing).astype(plain, copy=False)
+    with to_file(_pieces(leaf, plain, packing)) as file:
         return np.memmap(file, dtype=plain, mode="r", shape=leaf.shape)
 
 
-def _pieces(leaf: Leaf, dtype: np.dtype[Any]) -> Iterator[bytes]:
+def _unpacked(values: NDArray[Any], packing: Packing | None) -> NDArray[Any]:
+    return values if packing is None else packing.unpacked(values)
+
+
+def _pieces(leaf: Leaf, dtype: np.dtype[Any], packing: Packing | None) -> Iterator[bytes]:
     rows = leaf.shape[0]
     step = max(_PIECE * rows // leaf.n_bytes, 1)
     chunk = leaf.dataset.chunks[0] if leaf.dataset.chunks else 1
     step = max(step // chunk, 1) * chunk
     for start in range(0, rows, step):
-        yield np.ascontiguousarray(leaf.dataset[start : start + step], dtype=dtype).tobytes()
+        piece = _unpacked(leaf.dataset[start : start + step], packing)
+        yield np.ascontiguousarray(piece, dtype=dtype).tobytes()
 
 
 def text_of(value: Any) -> str:

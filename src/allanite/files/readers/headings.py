@@ -24,6 +24,7 @@ __all__ = [
     "Group",
     "Heading",
     "canonical_group",
+    "counted_unit",
     "is_second_part",
     "is_unit",
     "may_be_time",
@@ -196,6 +197,8 @@ _NUMBERED = re.compile(r"[\[({<]\s*(?:samples?|counts?|index|#)\s*[\])}>]\s*$", 
 _MAY_BE_TIME = re.compile(
     r"(?:t|ts|tm|time|stamp)(?:_\w+|(?:acc|gyr|imu|mag|gps|ins|baro|sens)\w*)", re.IGNORECASE
 )
+#: "milliseconds since 2026-11-28 00:00:00".
+_SINCE = re.compile(r"\s*([^\W\d]+)\s+since\s", re.IGNORECASE)
 #: "Acceleration X in m/s^2", "Drehrate in °/s".
 _IN_UNIT = re.compile(r"(.*\S)\s+in\s+(\S+)", re.IGNORECASE)
 #: Where the name of a clock holds its unit: t_us, ustime, millis, seconds_elapsed.
@@ -244,8 +247,15 @@ def read_heading(text: str) -> Heading:
 
 def with_unit(heading: Heading, unit: str) -> Heading:
     """The heading with a unit; T in °C is a temperature, and no time."""
+    unit = counted_unit(unit)
     warm = heading.group == "time" and unit != "" and measures(unit) is QuantityKind.TEMPERATURE
     return replace(heading, unit=unit, group="temperature" if warm else heading.group)
+
+
+def counted_unit(unit: str) -> str:
+    """The unit of a count since a moment: "milliseconds since 2026-11-28" (CF conventions) is in milliseconds."""
+    match = _SINCE.match(unit)
+    return match[1] if match else unit
 
 
 def measures(unit: str) -> QuantityKind | None:

@@ -30,6 +30,7 @@ _OTHER_EPOCHS = (
 )  # fmt: skip
 _WHOLE, _FRACTIONS = ("s", "ms", "us", "ns"), ("s", "ms", "min", "h", "d")
 _SENSOR = (0.9, 2e4)  # rates of inertial sensors [Hz]
+_FASTEST = 1e7  # of a converter whose stamps are in s [Hz]
 _SLOWEST = 1.0 / 3600.0  # of a meter that is read by a script [Hz]
 _LONGEST_UPTIME = 1e6  # stamps in s that begin later, and at no epoch, are in a smaller unit
 _RECENT = 1e5  # stamps of a clock that was begun with the log are smaller [s]
@@ -119,6 +120,8 @@ def candidates(steps: StampSteps, first: float, inertial: bool) -> list[str]:
         for unit in (_WHOLE if steps.whole else _FRACTIONS)
         if _SENSOR[0] <= 1.0 / (step * FACTORS[unit]) <= _SENSOR[1]
     ]
+    if not steps.whole and _SENSOR[1] < 1.0 / step <= _FASTEST:
+        fitting.insert(0, "s")
     slow = not inertial and _SLOWEST <= 1.0 / step < _SENSOR[0] and abs(first) < _LONGEST_UPTIME
     absolute = _absolute(first, step)
     return list(dict.fromkeys([*(["s"] if slow else []), *([absolute.unit] if absolute else []), *fitting]))

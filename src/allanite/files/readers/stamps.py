@@ -30,7 +30,7 @@ from allanite.files.readers.column_look import (
 )
 from allanite.files.readers.filled_stamps import KeptStamps
 from allanite.files.readers.gps_week import WEEK, find_gps_clock, is_slow, names_time_of_week, unit_of_week
-from allanite.files.readers.headings import Heading, is_second_part, may_be_time
+from allanite.files.readers.headings import Heading, counted_unit, is_second_part, may_be_time
 from allanite.files.readers.packed_time import DAY, find_packed
 from allanite.files.readers.row_intervals import holds_increments, interval_unit, is_period, running_sum
 from allanite.files.readers.stamp_parts import find_parts, is_fraction, part_places
@@ -280,8 +280,9 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
     unit, factor = _stated(heading.unit)
     inside = _UNKNOWN_UNIT.search(heading.name)
     if not unit and inside:
-        step = parse_step(inside[1].replace("_", " "))
-        unit, factor = (inside[1], step) if step else ("", 1.0)
+        counted = counted_unit(inside[1].replace("_", " "))
+        step = parse_step(counted)
+        unit, factor = (inside[1], step) if step else _stated(counted)
     if unit:
         return StampUnit(unit, factor, _since_1970(first, factor))
     steps = StampSteps.of(np.concatenate([np.diff(part) for part in look(column)]))

@@ -9,6 +9,7 @@ from dataclasses import field
 from typing import Any
 
 from allanite.files.readers.stamp_table import TimeChoice
+from allanite.files.readers.stated_rate import RateDoubt
 from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Channel, Column, Sampling
 
@@ -71,6 +72,8 @@ class Table:
         Rate that the file states.
     rate_from : str
         Where it states it.
+    rate_doubt : RateDoubt or None
+        What it states of the rate, where that is not taken as it stands.
     text : dict or None
         Facts about a text file.
     source : dict
@@ -94,6 +97,7 @@ class Table:
     stamps: TimeChoice | None = None
     rate: float | None = None
     rate_from: str = ""
+    rate_doubt: RateDoubt | None = None
     start: int | None = None
     text: dict[str, Any] | None = None
     source: dict[str, Any] = field(default_factory=dict)

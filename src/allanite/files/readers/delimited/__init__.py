@@ -259,8 +259,8 @@ def _table(
     cells: TextColumns,
     columns: list[Column],
 ) -> Table:
-    rate, rate_from, doubts = rate_in(dialect.preamble)
-    guesses = [*dialect.guesses, *doubts]
+    stated = rate_in(dialect.preamble, dialect.decimal if "f" in dialect.kinds else None)
+    guesses = [*dialect.guesses, *stated.guesses]
     headings = dialect.headings if any(dialect.headings) else _words_beside(lines, dialect)
     units, units_from = _units(dialect, guesses)
     units, units_from, marks = _with_suffixes(cells, headings, units, units_from)
@@ -303,8 +303,9 @@ def _table(
         units_from=units_from,
         time_units=time_units,
         questions=questions,
-        rate=rate,
-        rate_from=rate_from,
+        rate=stated.rate,
+        rate_from=stated.where,
+        rate_doubt=stated.doubt,
         text=_facts(stream, dialect, cells) | ({"suffixes": marks} if marks else {}),
         source=source,
         guesses=tuple(guesses),
