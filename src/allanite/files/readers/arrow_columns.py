@@ -208,6 +208,7 @@ def table_of_arrow(
         start=ours.get("start"),
         source=source,
         guesses=(f"columns without numbers left out: {', '.join(dropped)}",) if dropped else (),
+        left_out=tuple(dropped),
         channels=ours.get("channels"),
         history=ours.get("history", ()),
     )
