@@ -139,7 +139,9 @@ def _of_pandas(data: Any, what: str) -> Table:
     if not left_out:
         return result
     return replace(
-        result, guesses=(*result.guesses, f"columns without numbers left out: {', '.join(left_out)}")
+        result,
+        guesses=(*result.guesses, f"columns without numbers left out: {', '.join(left_out)}"),
+        left_out=tuple(left_out),
     )
 
 

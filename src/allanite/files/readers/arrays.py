@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -153,13 +154,17 @@ def chosen_table(
     shapes = {k: (a.dtype, a.shape) for k, a in arrays.items()}
     wanted = samples_among(shapes, variable, _name_of(path), options.time)
     small = {k: a for k, a in arrays.items() if k not in wanted and a.size <= _SMALL}
-    return table_of(
+    table = table_of(
         _plain_names({k: arrays[k] for k in wanted}),
         _plain_names(small),
         path,
         file_format,
         (*left_out(shapes, wanted), *other_times(shapes, wanted), *more),
     )
+    texts = [
+        k for k, (dtype, shape) in shapes.items() if dtype.kind in "USO" and shape == (len(table.columns[0]),)
+    ]
+    return replace(table, left_out=tuple(texts)) if table.columns else table
 
 
 def _of_structure(

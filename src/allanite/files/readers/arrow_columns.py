@@ -210,6 +210,7 @@ def table_of_arrow(
         start=ours.get("start"),
         source=source,
         guesses=(*left_out, *stated.guesses),
+        left_out=tuple(dropped),
         channels=ours.get("channels"),
         history=ours.get("history", ()),
     )

@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 
 from allanite.errors import DataQualityError, InputError
+from allanite.files.readers.asked_units import is_of_sensor
 from allanite.files.readers.channels import channels_of, selected, units_differ
 from allanite.files.readers.clock_table import as_clock
 from allanite.files.readers.column_look import is_counter, only_grows
 from allanite.files.readers.headings import FITTING, Heading, measures, read_heading, with_unit
+from allanite.files.readers.increments import divided
 from allanite.files.readers.numbering import clocks_beside, numbering_of, unseen_by_stamps
 from allanite.files.readers.part import TableRows, rows_between
 from allanite.files.readers.stamp_table import StampTable, TimeChoice
@@ -86,8 +88,7 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     if time and options.rate is None:
         guesses += unseen_by_stamps(counters, base.facts["missing"])
     chosen = selected(options.channels, named, table)
-    channels = channels_of(table, options, named, chosen, guesses)
-    columns = tuple(_placed(table.columns[i], base) for i in chosen)
+    channels, increments = channels_of(table, options, named, chosen, guesses)
     units_from = _units_from(table, options, named)
     step = {
         "step": "read",
@@ -106,12 +107,16 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
             channels[i].name: named[i].unit for i in chosen if units_differ(channels[i].unit, named[i].unit)
         }
         step |= {"units_set_aside": other} if other else {}
-    history = [*table.history, step]
+    rates = divided(channels, increments, table, base.rate)
+    guesses += rates.guesses
+    if options.channels is None:
+        chosen = [i for i in chosen if i not in rates.used]
+    history = [*table.history, step, *rates.steps]
     if rows is not None:
         history.append({"step": "window", "start_s": rows.first, "stop_s": rows.last + 1.0 / base.rate})
     recording = Recording(
-        channels=tuple(channels[i] for i in chosen),
-        columns=columns,
+        channels=tuple(rates.channels[i] for i in chosen),
+        columns=tuple(_placed(rates.columns[i], base) for i in chosen),
         rate=base.rate,
         start=table.start if table.start is not None else (time.start if time else None),
         history=tuple(history),
@@ -366,6 +371,8 @@ def _units_from(table: Table, options: Options, named: Mapping[int, Heading]) ->
 def _notes(table: Table, base: Timebase, units_from: str, guesses: Sequence[str]) -> dict[str, Any]:
     source = {"format": table.format, **table.source}
     notes: dict[str, Any] = {"timebase": base.facts, "source": source}
+    lost = [heading for heading in table.left_out if is_of_sensor(read_heading(heading))]
+    notes |= {"sensors_left_out": lost} if lost else {}
     if table.text is not None:
         notes["text"] = {**table.text, "units_from": units_from, "guesses": list(guesses)}
     else:

@@ -8,8 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from allanite.errors import InputError
-from allanite.files.readers.asked_units import refuse_open_unit
+from allanite.files.readers.asked_units import refuse_open_unit, refuse_unit_of_no_sensor
 from allanite.files.readers.headings import FITTING, Heading, canonical_group
+from allanite.files.readers.increment_names import names_increments, unit_per_sample
 from allanite.files.readers.table import Options, Table
 from allanite.quantities.units import QuantityKind, parse_scale_factor, parse_unit
 from allanite.recording.records import Channel, Kind, Sampling
@@ -33,8 +34,10 @@ def channels_of(
     named: Mapping[int, Heading],
     chosen: Sequence[int],
     guesses: list[str],
-) -> dict[int, Channel]:
-    """The channel of each chosen column, by its number; what had to be guessed is added to `guesses`.
+) -> tuple[dict[int, Channel], frozenset[int]]:
+    """The channel of each chosen column, by its number, and which columns hold increments of an angle or a velocity.
+
+    What had to be guessed is added to `guesses`.
 
     Raises
     ------
@@ -46,13 +49,16 @@ def channels_of(
         known = {i: ours[table.headings[i]] for i in named if table.headings[i] in ours}
         if len(known) == len(named) and options.unit is None and options.scale_factor is None:
             shown = {i: c.name if c.name.isprintable() else named[i].name for i, c in known.items()}
-            return {i: replace(c, name=shown[i]) for i, c in known.items()}
+            return {i: replace(c, name=shown[i]) for i, c in known.items()}, frozenset()
     units = _per_channel(options.unit, named, "unit")
+    stated_per_sample = {i for i, h in named.items() if unit_per_sample(units.get(i, h.unit)) is not None}
+    units = {i: unit_per_sample(unit) or unit for i, unit in units.items()}
+    named = {i: replace(h, unit=unit_per_sample(h.unit) or h.unit) for i, h in named.items()}
     factors = _per_channel(options.scale_factor, named, "scale factor")
     for i, stated in units.items():
         _refuse_no_sample(named[i].name, stated)
     _refuse_unfitting(options.unit, units, named)
-    result = {}
+    result, increments = {}, set[int]()
     for i in chosen:
         heading, given, factor = named[i], units.get(i), factors.get(i)
         if given is not None and isinstance(options.unit, str) and not _fits(given, heading):
@@ -62,10 +68,20 @@ def channels_of(
             guesses.append(f"{heading.name} is read in {given!r} as was said; the file says {heading.unit!r}")
         if isinstance(options.scale_factor, str) and factor is not None and not _factor_fits(factor, heading):
             factor = None
-        if given is None and factor is None:
+        increment = i in stated_per_sample or names_increments(heading.name)
+        if given is None and factor is None and not increment:
             refuse_open_unit(heading)
+        if factor is None:
+            refuse_unit_of_no_sensor(heading, heading.unit if given is None else given)
         result[i] = _channel(heading, given, factor, options.sampling, guesses)
-    return result
+        if i in stated_per_sample and not result[i].kind.integrated:
+            raise InputError(
+                f"channel {heading.name}: {result[i].unit!r} is not the unit of an angle or a velocity, which a sample "
+                "adds to: write deg/sample, rad/sample or m/s/sample"
+            )
+        if increment and result[i].kind.integrated:
+            increments.add(i)
+    return result, frozenset(increments)
 
 
 def _channel(

@@ -189,6 +189,18 @@ _SUFFIX_BY_GROUP = {
     "time": {"s": "s", "sec": "s", "secs": "s", "seconds": "s", "ms": "ms", "us": "µs", "ns": "ns", "nsec": "ns",
              "nsecs": "ns", "nanosec": "ns", "millis": "ms", "micros": "µs"},
 }  # fmt: skip
+_WORDS = re.compile(r"[_\s.]+")
+_PREFIX_SIGNS: Final = {"nano": "n", "micro": "µ", "milli": "m", "centi": "c", "kilo": "k", "mega": "M"}
+#: In front of a unit: gyro_x_milli | dps, GyroXMilli | RadPerSec.
+_PREFIX_WORD = re.compile(rf"({'|'.join(_PREFIX_SIGNS)})$", re.IGNORECASE)
+#: Words in front of a unit that scale it, or make another one of it: x1000 | dps, lsb_per | dps, m | dps, x_10 | mg.
+#: One digit, or two after a 0, number the sensor: gyro_2 | dps, gyro_01 | dps.
+_SCALE = re.compile(
+    r"[x×*]?(?:[1-9]\d[\d,]*|\d+[,^]\d+|0\d\d+)x?|[x×*]?\d*(?:e|\^|\*\*|p)[-+]?\d+|\d+x|[muµμkc×*]"
+    r"|deci|deca|hecto|giga|pico|femto|tera|half|tens?|tenths?|hundred(?:th)?s?|thousand(?:th)?s?|million(?:th)?s?"
+    r"|per|by|div|over|times|sq|sqrt|root|rt|squared?|log|log10|ln|db|inv|inverse|pct|percent|ppm|v|g",
+    re.IGNORECASE,
+)
 _BRACKETED = re.compile(r"\s*[,:]?\s*[\[({<]\s*([^\[\](){}<>]*(?:\([^()]*\)[^\[\](){}<>]*)?)\s*[\])}>]\s*$")
 _INDEXED = re.compile(r"\[(\d+)\]$")
 #: "time [samples]" numbers the samples, whatever it is called.
@@ -348,7 +360,7 @@ def _bracketed(text: str) -> tuple[str, str]:
 
 
 def _suffixed(text: str, group: Group) -> tuple[str, str]:
-    parts = re.split(r"[_\s.]+", text)
+    parts = _WORDS.split(text)
     for count in (3, 2, 1):
         if len(parts) <= count:
             continue
@@ -356,11 +368,24 @@ def _suffixed(text: str, group: Group) -> tuple[str, str]:
         head = text[: -len(tail)].rstrip("_ .")
         unit = _SUFFIX_UNITS.get(tail) or _SUFFIX_BY_GROUP.get(_group(_plain(head)), {}).get(tail)
         if unit:
-            return head, unit
+            return _scaled(text, head, unit)
     if group == "time":
         return text, _unit_of_clock(_plain(text))
     whole = "_".join(parts).lower()  # "second,Volt": the unit is all that the heading says
     return text, _SUFFIX_UNITS.get(whole, "") if len(whole) > len("mg") and whole != "counts" else ""
+
+
+def _scaled(text: str, head: str, unit: str) -> tuple[str, str]:
+    """Name and unit where the name ends in a prefix of the unit; without a unit where it ends in another scale."""
+    prefix = _PREFIX_WORD.search(head)
+    if prefix:
+        multiple = _PREFIX_SIGNS[prefix[1].lower()] + unit
+        return (head[: prefix.start()].rstrip("_ .") or text, multiple) if is_unit(multiple) else (text, "")
+    words = _WORDS.split(head)
+    decimal = len(words) > 2 and words[-2] == "0" and words[-1].isdecimal() and words[-3][-1:] in "xyzXYZ"
+    if decimal or _SCALE.fullmatch(words[-1]) or words[-1].lower() in _SUFFIX_UNITS:
+        return text, ""
+    return head, unit
 
 
 def _unit_of_clock(plain: str) -> str:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.files.readers.headings import read_heading
+from allanite.files.readers.increment_names import names_increments
 from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Column
 from allanite.recording.sample_columns import Calculated
@@ -26,11 +27,6 @@ _STRICT = re.compile(
     rf"(?:\w+_)?(?:d_?t|delta_?t|dtime|d_time|delta_?time|t_delta|time_?(?:diff|delta|step)|step_?time){_UNIT}"
 )
 _PERIOD = re.compile(rf"(?:(?:sample|sampling|update|loop|frame)_?)?(?:period|interval){_UNIT}")
-#: Sums over the interval of each row: it belongs to them.
-_INCREMENTS = re.compile(
-    r"(?:^|_)(?:delta_?(?:theta|angle|v|vel|velocity)|d_?(?:theta|angle|vel|v)|increment)(?:_|$)",
-    re.IGNORECASE,
-)
 _SIZES: Final = {"s": "s", "m": "ms", "u": "us", "µ": "us", "n": "ns"}
 _ROWS: Final = 1 << 16
 
@@ -57,7 +53,7 @@ def is_period(raw: str) -> bool:
 
 def holds_increments(raw: Sequence[str]) -> bool:
     """A table of increments, whose intervals are needed to divide them by."""
-    return any(_INCREMENTS.search(read_heading(text).name) for text in raw)
+    return any(names_increments(read_heading(text).name) and interval_unit(text) is None for text in raw)
 
 
 @dataclass(frozen=True, slots=True)

@@ -82,6 +82,8 @@ class Table:
         Begins the names of columns that have none: the kind of the rows.
     guesses : tuple of str
         What had to be guessed, in words.
+    left_out : tuple of str
+        Headings of columns that hold no numbers.
     channels : tuple of Channel or None
         Channels in full, where the file is one of our own.
     """
@@ -103,5 +105,6 @@ class Table:
     source: dict[str, Any] = field(default_factory=dict)
     prefix: str = ""
     guesses: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
     channels: tuple[Channel, ...] | None = None
     history: tuple[Mapping[str, Any], ...] = ()

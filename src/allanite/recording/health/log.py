@@ -345,6 +345,14 @@ def text(recording: Recording) -> Iterator[Finding]:
     if nul:
         what = f"{plural(nul, 'NUL byte')} in the text"
         yield finding("nul_bytes", what, severity=Severity.WARNING, count=nul)
+    lost = [str(name) for name in recording.notes.get("sensors_left_out") or ()]
+    if lost:
+        yield finding(
+            "sensor_left_out",
+            f"{', '.join(lost)}: the cells are text, not numbers; left out",
+            severity=Severity.WARNING,
+            count=len(lost),
+        )
     kept = [*(notes.get("guesses") or ()), *(_notes(recording, "source").get("guesses") or ())]
     guesses = [str(guess) for guess in kept]
     if guesses:

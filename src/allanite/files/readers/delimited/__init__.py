@@ -25,7 +25,7 @@ from allanite.files.readers.delimited.labels import Labels, find_labels
 from allanite.files.readers.delimited.labview import Lvm, find_lvm
 from allanite.files.readers.delimited.preamble import facts_in, rate_in, units_in
 from allanite.files.readers.delimited.prefixed_rows import find_prefixed, holds_number
-from allanite.files.readers.delimited.printed_numbers import find_printed
+from allanite.files.readers.delimited.printed_numbers import find_printed, refuse_accounting
 from allanite.files.readers.delimited.row_kinds import ChosenKind, choose_kind, find_kinds
 from allanite.files.readers.delimited.sentences import Sentences, find_sentences
 from allanite.files.readers.delimited.streams import TextStream, head_lines, other_lines, pieces
@@ -68,6 +68,7 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
             )
             if prefixed is not None:
                 others, lines = prefixed.head(others), prefixed.head(lines)
+            refuse_accounting([*lines, *others], path.name)
             printed = find_printed(
                 [*lines, *others], stream.codec, delimiter=options.delimiter, decimal=options.decimal
             )
@@ -309,6 +310,7 @@ def _table(
         text=_facts(stream, dialect, cells) | ({"suffixes": marks} if marks else {}),
         source=source,
         guesses=tuple(guesses),
+        left_out=tuple(words),
     )
 
 

@@ -4,6 +4,7 @@
 * Lists, tuples and arrays: (0.1, 0.2), [ 0.1 0.2], 12.5: (0.1, 0.2). Brackets around numbers become blanks, and so does
   what stands between the numbers; words stay where they are.
 * The exponents of Fortran, 0.1D-02, and the minus sign of typography.
+* Negative numbers of accounting, (0.5) and 0.5-, are refused: whether a bracket is a sign is for the writer to say.
 """
 
 from __future__ import annotations
@@ -11,10 +12,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from allanite.errors import FormatError
 from allanite.files.readers.delimited.dialect import COMMENT
 from allanite.lazy_dataclasses import dataclass
 
-__all__ = ["PrintedNumbers", "find_printed"]
+__all__ = ["PrintedNumbers", "find_printed", "refuse_accounting"]
 
 _NUMBER = r"(?:[-+]?\.?\d|(?:nan|[-+]?inf|None)\b)"
 #: Before a number, at the beginning of a cell: 0.123(4) is none.
@@ -30,6 +32,14 @@ _EXPONENT = re.compile(r"(?<![\w.])([-+]?(?:\d+\.\d*|\.\d+))[dD]([-+]?\d{1,3})(?
 _MINUS = re.compile(r"\u2212(?=\.?\d)")
 #: 0,1; 0,2: the comma is a decimal sign. 01-Sep-2026 (23:59:59): one date. (1700000000.0) can0 320#22: frames of a bus.
 _OTHER = re.compile(r"\d,\d+;|\(\d\d:\d\d:|[\"#]")
+_ROW = re.compile(r"[\s\"(]*[-+.]?\d")
+#: Parentheses around a number with a sign are no sign themselves.
+_SIGNED = re.compile(r"\([ ]*[-+]")
+#: A cell that is a number in parentheses or with its sign behind it, between delimiters that are no blanks.
+_ACCOUNTING = re.compile(
+    r"(?:^|[,;\t|])[ ]*\"?(?P<cell>\([ ]*[$€]?(?:\d[\d.,]*|\.\d+)(?:[eE][-+]?\d+)?[ ]*\)"
+    r"|(?:\d+(?:[.,]\d*)?|[.,]\d+)-)\"?[ ]*(?=$|[,;\t|])"
+)
 #: Share of the rows.
 _MOST = 0.6
 
@@ -77,6 +87,25 @@ def find_printed(
     if any(map(_MINUS.search, rows)):
         changes.append((_MINUS, "-"))
     return PrintedNumbers(bracketed, tuple(changes), codec) if changes else None
+
+
+def refuse_accounting(lines: Sequence[str], name: str) -> None:
+    """Refuse numbers whose sign is a pair of parentheses, or stands behind them.
+
+    Raises
+    ------
+    FormatError
+        It shows the first of them.
+    """
+    rows = [line for line in lines if _ROW.match(line)]
+    plain = any(map(_SIGNED.search, rows))
+    for line in rows:
+        match = _ACCOUNTING.search(line)
+        if match and not (plain and match["cell"].startswith("(")):
+            raise FormatError(
+                f"{name}: the cell {match['cell']!r} in the row {line.strip()[:60]!r} may be a negative number in the "
+                "format of accounting. Export the cells as plain numbers, negative ones with a minus sign in front"
+            )
 
 
 def _bracketed(rows: Sequence[str]) -> bool:

@@ -127,6 +127,14 @@ LOG: dict[str, FindingKind] = {
         done="the number is read; a unit is the unit of the channel",
         advice="look up the mark in the logger's manual; --unit sets the unit",
     ),
+    "sensor_left_out": FindingKind(
+        group=_TEXT,
+        severity="warning",
+        means="a column with the name or the unit of a gyro or an accelerometer holds text",
+        risk="an axis is missing from the results",
+        done="left out",
+        advice="write its cells as plain numbers",
+    ),
     "cells_missing": FindingKind(
         group=_TEXT,
         severity="info",

@@ -391,6 +391,10 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
         "words; a second delimiter",
         "most cells of the column begin with a number",
     ),
+    "sensor_left_out": (
+        "a column of remarks",
+        "only names and units of an axis of a gyro or an accelerometer count",
+    ),
     "raw_counts": (
         "readings that were rounded to whole numbers",
         "a step of 1 without a unit, in the range of a 16-bit word; gravity gives the range of an accelerometer",
