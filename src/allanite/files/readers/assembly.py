@@ -28,6 +28,7 @@ from allanite.files.readers.occupied_rows import (
     with_kept_stamps,
 )
 from allanite.files.readers.part import TableRows, rows_between
+from allanite.files.readers.sensors_in_rows import refuse_several_sensors
 from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time, growing
 from allanite.files.readers.table import Options, Table
@@ -76,6 +77,8 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         table, options = as_clock(table, options, name)
     headings = _headings(table)
     time = time_of(table, options, name)
+    if table.text is None and table.channels is None and options.kind is None:
+        refuse_several_sensors(table, headings, time, name)
     rows = None
     if time is not None and options.rate is None and (options.start, options.stop) != (None, None):
         rows = rows_between(time.stamps, options.start, options.stop)

@@ -6,13 +6,29 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from typing import Any
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from allanite.files.readers.stamp_table import TimeChoice
 from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Channel, Column, Sampling
 
-__all__ = ["Options", "Table"]
+__all__ = ["Options", "Table", "Words"]
+
+
+class Words(Protocol):
+    """A column of words beside those of numbers, read by position."""
+
+    @property
+    def name(self) -> str:
+        """As it stands in the file."""
+        ...
+
+    def read(self, start: int, stop: int) -> NDArray[np.str_]:
+        """Words [start, stop)."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +97,8 @@ class Table:
         What had to be guessed, in words.
     channels : tuple of Channel or None
         Channels in full, where the file is one of our own.
+    words : tuple of Words
+        Columns of words, as long as the others: they may tell the rows of several sensors apart.
     """
 
     format: str
@@ -101,3 +119,4 @@ class Table:
     guesses: tuple[str, ...] = ()
     channels: tuple[Channel, ...] | None = None
     history: tuple[Mapping[str, Any], ...] = ()
+    words: tuple[Words, ...] = ()
