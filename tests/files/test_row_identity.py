@@ -11,8 +11,9 @@ import pyarrow.parquet as pq
 import pytest
 from numpy.typing import NDArray
 
-from allanite.errors import InputError
+from allanite.errors import FormatError, InputError
 from allanite.files.readers import read
+from allanite.files.readers.arrow_columns import table_of_arrow
 from allanite.recording.records import Recording
 
 RATE, N = 100, 600
@@ -210,3 +211,36 @@ def test_nor_is_it_one_under_a_coarse_clock(tmp_path: Path, name: str, rows: int
         read(written(tmp_path / "a.csv", table)) if door == "text" else Recording.from_samples(arrow(table))
     )
     assert recording.rate == pytest.approx(RATE, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "tags", [["host=a", "host=b"], ["bus=1,sensor=0", "bus=1,sensor=1", "bus=2,sensor=0"]]
+)
+def test_tags_of_the_line_protocol_tell_sensors_apart(tmp_path: Path, tags: list[str]) -> None:
+    lines = [
+        f"imu,{tag} gx={x} {1_700_000_000_000_000_000 + i * 10_000_000}"
+        for i in range(N)
+        for tag, x in zip(tags, noise(len(tags), i), strict=True)
+    ]
+    path = tmp_path / "a.txt"
+    path.write_text("\n".join([*lines, ""]), "utf-8")
+    with pytest.raises(InputError, match="tags distinguish several sensors") as refusal:
+        read(path)
+    assert all(f"imu,{tag}" in str(refusal.value) for tag in tags)
+    path.write_text("\n".join([line for line in lines if line.startswith(f"imu,{tags[0]} ")] + [""]), "utf-8")
+    assert read(path).rate == pytest.approx(RATE)
+
+
+def test_damaged_words_are_refused_as_damage() -> None:
+    table = arrow(merged(["left", "right"]))
+
+    def decode(_: int, name: str) -> pa.ChunkedArray:
+        if name == "which":
+            raise pa.ArrowInvalid("offsets point anywhere")
+        return table.column(name)
+
+    read_words = table_of_arrow(
+        table.schema, [table.num_rows], decode, form="Arrow", name="a.arrow", source={}
+    ).words[0]
+    with pytest.raises(FormatError, match="column which, row group 0: damaged"):
+        read_words.read(0, 10)

@@ -114,16 +114,22 @@ class _ArrowWords:
     decode: Decode
 
     def read(self, start: int, stop: int) -> NDArray[np.str_]:
-        groups = range(
-            int(np.searchsorted(self.edges, start, side="right")) - 1, int(np.searchsorted(self.edges, stop))
-        )
+        first = int(np.searchsorted(self.edges, start, side="right")) - 1
         words: list[str] = []
-        for group in groups:
+        for group in range(first, int(np.searchsorted(self.edges, stop))):
             offset = int(self.edges[group])
+            words += self._group(group, max(start - offset, 0), stop - offset)
+        return np.array(words, dtype=np.str_)
+
+    def _group(self, group: int, start: int, stop: int) -> list[str]:
+        import pyarrow as pa
+
+        try:
             part = self.decode(group, self.name)
             part.validate(full=True)  # the offsets of a damaged file may point anywhere
-            words += map(str, part[max(start - offset, 0) : stop - offset].to_pylist())
-        return np.array(words, dtype=np.str_)
+            return list(map(str, part[start:stop].to_pylist()))
+        except (pa.ArrowException, OSError, ValueError) as error:
+            raise FormatError(f"column {self.name}, row group {group}: damaged ({brief(error)})") from None
 
 
 def _is_word(kind: pa.DataType) -> bool:
