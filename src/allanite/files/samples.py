@@ -19,6 +19,7 @@ from allanite.errors import InputError
 from allanite.files.readers.arrays import chosen_table, table_of
 from allanite.files.readers.assembly import assemble
 from allanite.files.readers.table import Options, Table
+from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import ArrayColumn, Recording
 
 if TYPE_CHECKING:
@@ -142,7 +143,23 @@ def _of_pandas(data: Any, what: str) -> Table:
         result,
         guesses=(*result.guesses, f"columns without numbers left out: {', '.join(left_out)}"),
         left_out=tuple(left_out),
+        words=tuple(
+            _FrameWords(str(name), frame[name])
+            for name in frame.columns
+            if name not in used.columns and list(frame.columns).count(name) == 1
+        ),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _FrameWords:
+    """A column of pandas that holds no numbers."""
+
+    name: str
+    series: Any
+
+    def read(self, start: int, stop: int) -> NDArray[np.str_]:
+        return np.array([str(word) for word in self.series.iloc[start:stop]], dtype=np.str_)
 
 
 def _index_name(table: pa.Table) -> str:

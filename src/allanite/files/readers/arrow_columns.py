@@ -20,6 +20,7 @@ from allanite.errors import FormatError, InputError
 from allanite.files.readers.nested_columns import Decode, NumberColumn, number_columns
 from allanite.files.readers.stated_rate import StatedRate, Statement, chosen_rate, keyed_statement
 from allanite.files.readers.table import Table
+from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.arrow_numbers import numbers_of, whole_numbers_of
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.limits import COLUMNS, refuse_more
@@ -102,6 +103,42 @@ class _LazyColumn:
                     self._kept.pop(next(iter(self._kept)))
                 self._kept[group] = kept
         return kept
+
+
+@dataclass(frozen=True, slots=True)
+class _ArrowWords:
+    """A column of words, decoded where it is read."""
+
+    name: str
+    edges: NDArray[np.int64]
+    decode: Decode
+
+    def read(self, start: int, stop: int) -> NDArray[np.str_]:
+        first = int(np.searchsorted(self.edges, start, side="right")) - 1
+        words: list[str] = []
+        for group in range(first, int(np.searchsorted(self.edges, stop))):
+            offset = int(self.edges[group])
+            words += self._group(group, max(start - offset, 0), stop - offset)
+        return np.array(words, dtype=np.str_)
+
+    def _group(self, group: int, start: int, stop: int) -> list[str]:
+        import pyarrow as pa
+
+        try:
+            part = self.decode(group, self.name)
+            part.validate(full=True)  # the offsets of a damaged file may point anywhere
+            return list(map(str, part[start:stop].to_pylist()))
+        except (pa.ArrowException, OSError, ValueError) as error:
+            raise FormatError(f"column {self.name}, row group {group}: damaged ({brief(error)})") from None
+
+
+def _is_word(kind: pa.DataType) -> bool:
+    import pyarrow as pa
+
+    t = pa.types
+    if t.is_dictionary(kind):
+        return _is_word(kind.value_type)
+    return bool(t.is_string(kind) or t.is_large_string(kind) or t.is_boolean(kind))
 
 
 def _as_numbers(array: pa.ChunkedArray) -> pa.ChunkedArray:
@@ -213,6 +250,11 @@ def table_of_arrow(
         left_out=tuple(dropped),
         channels=ours.get("channels"),
         history=ours.get("history", ()),
+        words=tuple(
+            _ArrowWords(f.name, edges, decode)
+            for f in schema
+            if f.name in dropped and schema.names.count(f.name) == 1 and _is_word(f.type)
+        ),
     )
 
 

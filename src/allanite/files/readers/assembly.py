@@ -21,8 +21,16 @@ from allanite.files.readers.clock_table import as_clock
 from allanite.files.readers.column_look import is_counter, only_grows
 from allanite.files.readers.headings import FITTING, Heading, measures, read_heading, with_unit
 from allanite.files.readers.increments import divided
+from allanite.files.readers.kept_rows import KeptRows
 from allanite.files.readers.numbering import clocks_beside, numbering_of, unseen_by_stamps
+from allanite.files.readers.occupied_rows import (
+    left_out_remark,
+    occupied_rows,
+    refuse_several_clocks,
+    with_kept_stamps,
+)
 from allanite.files.readers.part import TableRows, rows_between
+from allanite.files.readers.sensors_in_rows import refuse_several_sensors
 from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time, growing
 from allanite.files.readers.table import Options, Table
@@ -71,6 +79,8 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         table, options = as_clock(table, options, name)
     headings = _headings(table)
     time = time_of(table, options, name)
+    if table.text is None and table.channels is None and options.kind is None:
+        refuse_several_sensors(table, headings, time, name)
     rows = None
     if time is not None and options.rate is None and (options.start, options.stop) != (None, None):
         rows = rows_between(time.stamps, options.start, options.stop)
@@ -84,10 +94,18 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         used |= clocks_beside(time.stamps, headings, table.columns, used, guesses)
     places = [i for i in range(len(headings)) if i not in used]
     named = _named(headings, places, table.prefix)
+    chosen = selected(options.channels, named, table)
+    if time is not None and options.rate is None:
+        time = with_kept_stamps(time)
+        refuse_several_clocks(time, table.columns, named, chosen, name)
+        occupied = occupied_rows(time, [table.columns[i] for i in chosen])
+        if occupied is not None:
+            table, time = _picked(table, occupied), occupied.of_time(time)
+            counters = [replace(c, numbers=occupied.of_column(c.numbers)) for c in counters]
+            guesses.append(left_out_remark(occupied))
     base = _grid(table, options, time, [counter.numbers for counter in counters], name, guesses)
     if time and options.rate is None:
         guesses += unseen_by_stamps(counters, base.facts["missing"])
-    chosen = selected(options.channels, named, table)
     channels, increments = channels_of(table, options, named, chosen, guesses)
     units_from = _units_from(table, options, named)
     step = {
@@ -134,6 +152,10 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
 def _part(table: Table, rows: TableRows) -> Table:
     start = None if table.start is None else table.start + round(rows.first * 1e9)
     return replace(table, columns=tuple(rows.of_column(c) for c in table.columns), start=start)
+
+
+def _picked(table: Table, rows: KeptRows) -> Table:
+    return replace(table, columns=tuple(rows.of_column(c) for c in table.columns))
 
 
 def _time_of_part(time: TimeChoice, rows: TableRows) -> TimeChoice:

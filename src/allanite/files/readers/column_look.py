@@ -20,6 +20,7 @@ __all__ = [
     "is_even",
     "is_row_number",
     "look",
+    "looked_at",
     "only_grows",
     "rises",
     "roughness",
@@ -35,9 +36,13 @@ _FALLS = 0.02  # of the rises: a column that only grows has no more
 
 def look(column: Column | Stamps) -> list[NDArray[np.float64]]:
     """Values at the beginning, in the middle and at the end."""
-    n = len(column)
+    return [column.read(a, b) for a, b in looked_at(len(column))]
+
+
+def looked_at(n: int) -> list[tuple[int, int]]:
+    """Rows [a, b) at the beginning, in the middle and at the end of n."""
     starts = sorted({0, max((n - _LOOK) // 2, 0), max(n - _LOOK, 0)})
-    return [column.read(a, min(a + _LOOK, n)) for a in starts]
+    return [(a, min(a + _LOOK, n)) for a in starts]
 
 
 def _finite(part: NDArray[np.float64]) -> NDArray[np.float64]:

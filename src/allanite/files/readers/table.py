@@ -6,14 +6,30 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from typing import Any
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from allanite.files.readers.stamp_table import TimeChoice
 from allanite.files.readers.stated_rate import RateDoubt
 from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Channel, Column, Sampling
 
-__all__ = ["Options", "Table"]
+__all__ = ["Options", "Table", "Words"]
+
+
+class Words(Protocol):
+    """A column of words beside those of numbers, read by position."""
+
+    @property
+    def name(self) -> str:
+        """As it stands in the file."""
+        ...
+
+    def read(self, start: int, stop: int) -> NDArray[np.str_]:
+        """Words [start, stop)."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,6 +102,8 @@ class Table:
         Headings of columns that hold no numbers.
     channels : tuple of Channel or None
         Channels in full, where the file is one of our own.
+    words : tuple of Words
+        Columns of words, as long as the others: they may tell the rows of several sensors apart.
     """
 
     format: str
@@ -108,3 +126,4 @@ class Table:
     left_out: tuple[str, ...] = ()
     channels: tuple[Channel, ...] | None = None
     history: tuple[Mapping[str, Any], ...] = ()
+    words: tuple[Words, ...] = ()

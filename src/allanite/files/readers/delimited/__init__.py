@@ -26,11 +26,12 @@ from allanite.files.readers.delimited.labview import Lvm, find_lvm
 from allanite.files.readers.delimited.preamble import facts_in, rate_in, units_in
 from allanite.files.readers.delimited.prefixed_rows import find_prefixed, holds_number
 from allanite.files.readers.delimited.printed_numbers import find_printed, refuse_accounting
-from allanite.files.readers.delimited.row_kinds import ChosenKind, choose_kind, find_kinds
+from allanite.files.readers.delimited.row_kinds import ChosenKind, choose_kind, find_kinds, is_of_kind
 from allanite.files.readers.delimited.sentences import Sentences, find_sentences
 from allanite.files.readers.delimited.streams import TextStream, head_lines, other_lines, pieces
 from allanite.files.readers.delimited.suffixes import unit_behind
 from allanite.files.readers.headings import FITTING, is_unit, measures, read_heading, shared_unit
+from allanite.files.readers.row_identity import MOST_SENSORS, RowLabels, find_identity
 from allanite.files.readers.stated_time import date_order, option_text
 from allanite.files.readers.table import Options, Table
 from allanite.quantities.units import QuantityKind, parse_unit
@@ -96,6 +97,9 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
             rows = [*lines[dialect.skip :], *others]
             keep = _kept_rows(rows, dialect, options.variable, path.name)
             _refuse_numbers_in_text(rows, dialect, path.name)
+        elif dialect.record is not None:
+            of_kind = [line for line in (*lines, *others) if is_of_kind(line, dialect.record)]
+            _refuse_more_sensors(_whole_rows(of_kind, dialect), dialect, chosen.name, path.name)
         cells = TextColumns(dialect, path.name, stream.codec, keep, date_order(options.time))
         for piece, line in pieces(stream, dialect.skip, path.name):
             for rewritten in (prefixed, sentences or printed):
@@ -192,36 +196,72 @@ def _of_kind(table: Table, chosen: ChosenKind) -> Table:
 
 def _kept_rows(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:
     """Which rows are read, where a column names several sensors."""
-    keep = _identity(lines, dialect, variable, name)
+    rows = _whole_rows(lines, dialect)
+    keep = _identity(rows, dialect, variable, name)
     if variable is not None and keep is None:
         raise InputError(f"{name} is one table: variable={variable!r} does not apply to it")
+    if keep is not None:
+        _refuse_more_sensors([r for r in rows if r[keep[0]] == keep[1]], dialect, keep[1], name)
     return keep
 
 
-def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:
-    """A column of the first two that names the sensor and holds several values: one of them is read."""
-    columns = [column for column in range(min(2, len(dialect.kinds))) if _may_identify(dialect, column)]
-    if not columns:
+def _refuse_more_sensors(rows: list[list[str]], dialect: Dialect, chosen: str, name: str) -> None:
+    """Ask for a file of each where the rows that were chosen are still those of several sensors or axes."""
+    places = find_identity(_labels(rows, dialect))
+    if places:
+        raise InputError(
+            f"{name}: among the rows of {chosen!r}, {_columns(places, dialect)} distinguishes several sensors or axes; "
+            "write the rows of each to a separate file"
+        )
+
+
+def _identity(
+    rows: list[list[str]], dialect: Dialect, variable: str | None, name: str
+) -> tuple[int, str] | None:
+    """A column that names the sensor and holds several values: one of them is read."""
+    leading = [column for column in range(min(2, len(dialect.kinds))) if _may_identify(dialect, column)]
+    named = next((c for c in leading if _names_several(rows, c)), None)
+    places = find_identity(_labels(rows, dialect)) if named is None else (named,)
+    if not places:
         return None
+    values = {c: list(dict.fromkeys(r[c] for r in rows if r[c])) for c in places}
+    column = next((c for c in places if variable in values[c]), places[0])
+    said = ", ".join(values[column])
+    if variable is None:
+        raise InputError(
+            f"{name}: {_columns(places, dialect)} distinguishes several sensors or records: {said}; choose one, as in "
+            f"--variable {for_shell(values[column][0])} (variable= in Python)"
+        )
+    if variable not in values[column]:
+        raise InputError(f"{name}: no {variable!r} in column {column + 1}; there are: {said}")
+    return column, variable
+
+
+def _whole_rows(lines: list[str], dialect: Dialect) -> list[list[str]]:
     rows = [split(line, dialect.delimiter, dialect.quoted) for line in lines]
-    rows = [r for r in rows if len(r) == len(dialect.kinds)]
-    for column in columns:
-        values = list(dict.fromkeys(r[column] for r in rows if r[column]))
-        if not 2 <= len(values) <= 16 or len(rows) < 3 * len(values):
-            continue
-        if variable is None:
-            raise InputError(
-                f"{name}: column {column + 1} ({dialect.headings[column] or 'no name'}) distinguishes "
-                f"several sensors or records: {', '.join(values)}; choose one, as in --variable "
-                f"{for_shell(values[0])} "
-                "(variable= in Python)"
-            )
-        if variable not in values:
-            raise InputError(
-                f"{name}: no {variable!r} in column {column + 1}; there are: {', '.join(values)}"
-            )
-        return column, variable
-    return None
+    return [r for r in rows if len(r) == len(dialect.kinds)]
+
+
+def _columns(places: Sequence[int], dialect: Dialect) -> str:
+    return " with ".join(f"column {c + 1} ({dialect.headings[c] or 'no name'})" for c in places)
+
+
+def _names_several(rows: list[list[str]], column: int) -> bool:
+    values = {r[column] for r in rows if r[column]}
+    return 2 <= len(values) <= MOST_SENSORS and len(rows) >= 3 * len(values)
+
+
+def _labels(rows: list[list[str]], dialect: Dialect) -> dict[int, RowLabels]:
+    """All columns but those of units and the empty ones, for the search for an identity."""
+    if len(rows) < 2:
+        return {}
+    return {
+        i: RowLabels.of(
+            read_heading(dialect.headings[i]), np.array([r[i] for r in rows]), clock=kind not in "ifx"
+        )
+        for i, kind in enumerate(dialect.kinds)
+        if kind != "e" and i not in dialect.unit_columns.values()
+    }
 
 
 def _refuse_numbers_in_text(lines: list[str], dialect: Dialect, name: str) -> None:

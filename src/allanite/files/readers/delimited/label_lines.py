@@ -20,7 +20,7 @@ from allanite.files.readers.headings import is_unit
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import DEPTH
 
-__all__ = ["LabeledLine", "read_json", "read_labels"]
+__all__ = ["LabeledLine", "read_json", "read_labels", "series_of"]
 
 _LETTERS = r"[^\s:=,;|\"'{}]{0,40}"  # bounded: a line of letters costs no more than its length
 _WORD = rf"[^\W\d]{_LETTERS}"
@@ -32,7 +32,8 @@ _LABEL = re.compile(
 _DIGITS = re.compile(rf"(?<![\w.#-])(?P<label>#?\d{_LETTERS})(?:\s*=\s*|\s*:\s+)(?![:=])")
 #: The line protocol of time-series data bases: "imu,host=a gx=0.1,n=3i 1700000000000000000", the stamp last.
 _SERIES = re.compile(
-    r"[^\s,=]+(?:,[^\s,=]+=[^\s,=]+)*[ ](?P<fields>[^\s,=]+=[^\s,=]+(?:,[^\s,=]+=[^\s,=]+)*)[ ](?P<stamp>\d{9,19})"
+    r"(?P<series>[^\s,=]+(?:,[^\s,=]+=[^\s,=]+)*)[ ]"
+    r"(?P<fields>[^\s,=]+=[^\s,=]+(?:,[^\s,=]+=[^\s,=]+)*)[ ](?P<stamp>\d{9,19})"
 )
 _LONGEST_LABEL = 60
 _LONGEST_LINE = 1 << 16
@@ -66,6 +67,12 @@ class LabeledLine:
     def values(self) -> list[str]:
         """All cells in their order."""
         return [*self.before, *(value for _, values in self.pairs for value in values)]
+
+
+def series_of(line: str) -> tuple[str, tuple[str, ...]] | None:
+    """The measurement with its tags, and the names of the fields, of a line of the line protocol."""
+    match = _SERIES.fullmatch(line.strip())
+    return match and (match["series"], tuple(field.partition("=")[0] for field in match["fields"].split(",")))
 
 
 def read_labels(line: str, decimal: str) -> LabeledLine | None:

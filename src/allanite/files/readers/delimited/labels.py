@@ -18,10 +18,11 @@ from typing import Final
 from allanite.errors import FormatError, InputError
 from allanite.files.readers.delimited.dates import date_format
 from allanite.files.readers.delimited.dialect import COMMENT, Dialect, column_kind, kind_of
-from allanite.files.readers.delimited.label_lines import LabeledLine, read_json, read_labels
+from allanite.files.readers.delimited.label_lines import LabeledLine, read_json, read_labels, series_of
 from allanite.files.readers.delimited.sentences import DAMAGED
 from allanite.files.readers.delimited.suffixes import NUMBER, split_suffix
 from allanite.files.readers.headings import is_unit, read_heading
+from allanite.files.readers.row_identity import MOST_SENSORS
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.channel_names import for_shell
@@ -294,6 +295,20 @@ def keyed(read: LabeledLine, groups: frozenset[str]) -> list[tuple[Key, tuple[st
 # -- finding -----------------------------------------------------------------------------------------------
 
 
+def _refuse_several_series(lines: Sequence[str], name: str) -> None:
+    """Tags of the line protocol tell sensors apart: the same fields under several of them are not one series."""
+    by_fields: dict[tuple[str, ...], list[str]] = {}
+    for series, fields in filter(None, map(series_of, lines)):
+        by_fields.setdefault(fields, []).append(series)
+    for found in by_fields.values():
+        several = list(dict.fromkeys(found))
+        if 2 <= len(several) <= MOST_SENSORS and len(found) >= 3 * len(several):
+            raise InputError(
+                f"{name}: tags distinguish several sensors or records: {'; '.join(several)}; write the lines of each "
+                f"to a separate file, as in grep {for_shell(f'^{several[0]} ')} {for_shell(name)}"
+            )
+
+
 def find_labels(
     head: Sequence[str],
     rest: Sequence[str],
@@ -329,6 +344,7 @@ def find_labels(
     _refuse_joined(tried, name)
     if len(looked) < _FEWEST or not _mostly(tried, read_json if of_json else _of_text(".")):
         return None
+    _refuse_several_series(looked, name)
     guesses: list[str] = []
     sign = "." if of_json else _decimal_of(tried, decimal, name, guesses)
     read = read_json if of_json else _of_text(sign)
