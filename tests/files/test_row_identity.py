@@ -244,3 +244,17 @@ def test_damaged_words_are_refused_as_damage() -> None:
     ).words[0]
     with pytest.raises(FormatError, match="column which, row group 0: damaged"):
         read_words.read(0, 10)
+
+
+@pytest.mark.parametrize("rate", [2, 3, 5, 8, 10, 16])
+@pytest.mark.parametrize("per_second", [1_000, 1_000_000, 1_000_000_000])
+def test_the_fraction_beside_whole_seconds_is_no_identity(tmp_path: Path, rate: int, per_second: int) -> None:
+    start = 0.0321
+    moments = start + np.arange(N) / rate
+    whole = np.floor(moments)
+    rows = [
+        f"{1_700_000_000 + int(s)},{int((t - s) * per_second)},imu,{x}"
+        for t, s, x in zip(moments, whole, noise(N), strict=True)
+    ]
+    (tmp_path / "a.csv").write_text("\n".join([*rows, ""]), "utf-8")
+    assert read(tmp_path / "a.csv").rate == pytest.approx(rate, rel=1e-3)

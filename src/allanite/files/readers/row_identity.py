@@ -35,6 +35,8 @@ _NAMED: Final = re.compile(
     r"instance|i|sn|serial)(?:_?(?:id|no|nr|number|name|index|addr(?:ess)?))?",
     re.IGNORECASE,
 )
+_WHOLE_UNITS: Final = (1.0, 60.0, 1e3, 1e6, 1e9)  # a second in s, ms, us and ns; a minute in s
+_EVENLY: Final = 0.05  # of their distance
 _NO_IDENTITY: Final = ("counter", "gyro", "acc", "temperature", "time")
 
 
@@ -51,12 +53,15 @@ class RowLabels:
         The number of the value in each row, from 0.
     count : int
         Different values.
+    divides_time : bool
+        They part a second, or a minute, evenly: what is finer than the whole seconds in another column.
     """
 
     heading: Heading
     clock: bool
     codes: _Codes
     count: int
+    divides_time: bool
 
     @classmethod
     def of(cls, heading: Heading, values: NDArray[np.generic], *, clock: bool = False) -> RowLabels:
@@ -67,13 +72,19 @@ class RowLabels:
             clock=clock or heading.group == "time",
             codes=codes.astype(np.int64),
             count=len(different),
+            divides_time=len(different) <= MOST_SENSORS and _divides_time(different),
         )
 
     @property
     def may_identify(self) -> bool:
         """A few values, of nothing that is measured or counted."""
         few = 2 <= self.count <= MOST_SENSORS and len(self.codes) >= 3 * self.count
-        return few and not self.clock and not self.heading.unit and self.heading.group not in _NO_IDENTITY
+        return (
+            few
+            and not (self.clock or self.divides_time)
+            and not self.heading.unit
+            and self.heading.group not in _NO_IDENTITY
+        )
 
     @property
     def takes_turns(self) -> bool:
@@ -86,6 +97,19 @@ class RowLabels:
     def runs(self) -> _Codes:
         """The number of the run of equal values in which each row is, from 0."""
         return np.concatenate(([0], np.cumsum(np.diff(self.codes) != 0))).astype(np.int64)
+
+
+def _divides_time(values: NDArray[np.generic]) -> bool:
+    """True for values that are evenly apart and fill one of the units that a clock counts in."""
+    try:
+        numbers = np.sort(values.astype(np.float64))
+    except ValueError:
+        return False
+    for whole in _WHOLE_UNITS:
+        apart = np.diff(numbers, append=numbers[0] + whole) * len(numbers) / whole
+        if 0 <= numbers[0] and numbers[-1] < whole and np.abs(apart - 1.0).max() < _EVENLY:
+            return True
+    return False
 
 
 def find_identity(columns: Mapping[int, RowLabels]) -> tuple[int, ...]:

@@ -14,7 +14,7 @@ from allanite.files.readers.column_look import looked_at
 from allanite.files.readers.headings import Heading, read_heading
 from allanite.files.readers.row_identity import RowLabels, find_identity, is_called_identity
 from allanite.files.readers.stamp_table import TimeChoice
-from allanite.files.readers.table import Table, Words
+from allanite.files.readers.table import Table, WordColumn
 from allanite.recording.records import Column
 
 __all__ = ["refuse_several_sensors"]
@@ -40,7 +40,7 @@ def refuse_several_sensors(
     shared = any((np.diff(part) == 0).mean() >= _SHARED for part in stamps if len(part) > 1)
     used = () if time is None else time.used
     all_headings = [*headings, *(read_heading(words.name) for words in table.words)]
-    columns: list[Column | Words] = [*table.columns, *table.words]
+    columns: list[Column | WordColumn] = [*table.columns, *table.words]
     values: dict[int, NDArray[np.generic]] = {
         i: np.concatenate([columns[i].read(a, b) for a, b in rows])
         for i, heading in enumerate(all_headings)
@@ -56,9 +56,9 @@ def refuse_several_sensors(
         raw = [*table.headings, *(words.name for words in table.words)]
         column = " with ".join(repr(raw[i]) for i in places)
         sensors = dict.fromkeys(values[places[0]].tolist())
-        said = ", ".join(f"{one:g}" if isinstance(one, float) else one for one in sensors)
+        listing = ", ".join(f"{one:g}" if isinstance(one, float) else one for one in sensors)
         raise InputError(
-            f"{name}: column {column} distinguishes several sensors or records: {said}; pass the rows of one, in "
+            f"{name}: column {column} distinguishes several sensors or records: {listing}; pass the rows of one, in "
             f"Python al.Recording.from_samples(table[table[{raw[places[0]]!r}] == {_literal(next(iter(sensors)))}])"
         )
 

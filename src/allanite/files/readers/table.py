@@ -16,10 +16,10 @@ from allanite.files.readers.stated_rate import RateDoubt
 from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Channel, Column, Sampling
 
-__all__ = ["Options", "Table", "Words"]
+__all__ = ["Options", "Table", "WordColumn"]
 
 
-class Words(Protocol):
+class WordColumn(Protocol):
     """A column of words beside those of numbers, read by position."""
 
     @property
@@ -28,7 +28,7 @@ class Words(Protocol):
         ...
 
     def read(self, start: int, stop: int) -> NDArray[np.str_]:
-        """Words [start, stop)."""
+        """WordColumn [start, stop)."""
         ...
 
 
@@ -102,7 +102,7 @@ class Table:
         Headings of columns that hold no numbers.
     channels : tuple of Channel or None
         Channels in full, where the file is one of our own.
-    words : tuple of Words
+    words : tuple of WordColumn
         Columns of words, as long as the others: they may tell the rows of several sensors apart.
     """
 
@@ -126,4 +126,4 @@ class Table:
     left_out: tuple[str, ...] = ()
     channels: tuple[Channel, ...] | None = None
     history: tuple[Mapping[str, Any], ...] = ()
-    words: tuple[Words, ...] = ()
+    words: tuple[WordColumn, ...] = ()

@@ -226,14 +226,14 @@ def _identity(
         return None
     values = {c: list(dict.fromkeys(r[c] for r in rows if r[c])) for c in places}
     column = next((c for c in places if variable in values[c]), places[0])
-    said = ", ".join(values[column])
+    listing = ", ".join(values[column])
     if variable is None:
         raise InputError(
-            f"{name}: {_columns(places, dialect)} distinguishes several sensors or records: {said}; choose one, as in "
-            f"--variable {for_shell(values[column][0])} (variable= in Python)"
+            f"{name}: {_columns(places, dialect)} distinguishes several sensors or records: {listing}; choose one, as "
+            f"in --variable {for_shell(values[column][0])} (variable= in Python)"
         )
     if variable not in values[column]:
-        raise InputError(f"{name}: no {variable!r} in column {column + 1}; there are: {said}")
+        raise InputError(f"{name}: no {variable!r} in column {column + 1}; there are: {listing}")
     return column, variable
 
 

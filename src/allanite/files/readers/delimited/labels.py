@@ -300,9 +300,9 @@ def _refuse_several_series(lines: Sequence[str], name: str) -> None:
     by_fields: dict[tuple[str, ...], list[str]] = {}
     for series, fields in filter(None, map(series_of, lines)):
         by_fields.setdefault(fields, []).append(series)
-    for found in by_fields.values():
-        several = list(dict.fromkeys(found))
-        if 2 <= len(several) <= MOST_SENSORS and len(found) >= 3 * len(several):
+    for lines_of_series in by_fields.values():
+        several = list(dict.fromkeys(lines_of_series))
+        if 2 <= len(several) <= MOST_SENSORS and len(lines_of_series) >= 3 * len(several):
             raise InputError(
                 f"{name}: tags distinguish several sensors or records: {'; '.join(several)}; write the lines of each "
                 f"to a separate file, as in grep {for_shell(f'^{several[0]} ')} {for_shell(name)}"
