@@ -142,6 +142,66 @@ def test_what_cannot_be_told_is_not_stated() -> None:
     assert len(lines) == 5 and not any(e.supported or np.isnan(e.upper) for e in lines)
 
 
+@pytest.mark.parametrize("cycles", [0.0, 0.01, 0.05, 0.4, 0.9, 3.0, 30.0])
+def test_a_line_at_half_the_sample_rate_is_the_least_squares_of_all_samples(cycles: float) -> None:
+    n, f = 4000, 0.5 - cycles / 4000
+    k = np.arange(n)
+    x = np.random.default_rng(5).standard_normal(n) + 0.5 * np.sin(2 * np.pi * f * k + 1)
+    (line,) = fitted(x, f)
+    wave = line.cosine * np.cos(2 * np.pi * line.frequency * k) + line.sine * np.sin(
+        2 * np.pi * line.frequency * k
+    )
+    columns = np.stack([np.cos(2 * np.pi * f * k), np.sin(2 * np.pi * f * k)], axis=1)
+    at_truth = columns @ np.linalg.lstsq(columns, x - x.mean(), rcond=None)[0]
+    # frequency is one parameter more; the curve beside the line takes next to nothing
+    assert np.sum((x - wave) ** 2) < np.sum((x - at_truth) ** 2) + 0.5
+    assert np.sum((wave - at_truth) ** 2) < 20
+    assert line.alternates == (cycles < 0.02) and (line.sine == 0.0 or not line.alternates)
+    assert line.gain == pytest.approx(np.sum(wave**2), rel=0.02) and line.variances[0] > 0
+
+
+def test_an_alternation_is_one_column() -> None:
+    n = 4000
+    x = np.random.default_rng(6).standard_normal(n) + 0.3 * (-1.0) ** np.arange(n)
+    (line,) = fitted(x, 0.5)
+    bent = 4 * np.sqrt(6 * 41) / n  # curves of six columns in 41 stretches go with the line
+    assert line.cosine == pytest.approx(np.mean((x - x.mean()) * (-1.0) ** np.arange(n)), abs=bent)
+    assert line.variances[0] == pytest.approx(1 / n, rel=0.01) and np.isinf(line.variances[1])
+    one, two = (LikelihoodProblem.of(rates(x)).with_lines(f).maximum("N") for f in ([], [50.0]))
+    assert two.n_parameters == one.n_parameters + 1
+    with pytest.raises(InputError, match="up to 50 Hz"):
+        al.fit(rates(x), terms="N", lines=[50.1])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("by_curve", [True, False])
+def test_a_line_near_half_the_sample_rate_is_no_quantization(by_curve: bool) -> None:
+    """From 0.49 to 0.5 of the rate, of any amplitude that the spectrum shows: N is covered, Q is no more than noise."""
+    rng, runs, covered, claimed, looked = np.random.default_rng(8), 60, 0, 0, 0
+    for i in range(runs):
+        n = int(rng.choice([4000, 12_000, 30_000]))
+        f = 0.5 if i % 3 == 0 else 0.5 - 10 ** rng.uniform(-6, -2)
+        phase = rng.uniform(0, 2 * np.pi) if i % 3 else np.pi / 2
+        size = 10 ** rng.uniform(np.log10(10 / np.sqrt(n)), 0.3)
+        record = rates(rng.standard_normal(n) + size * np.sin(2 * np.pi * f * np.arange(n) + phase))
+        lines = al.power_spectrum(record, "gyro").lines
+        if not all(line.stable for line in lines):
+            continue
+        if by_curve:
+            (channel,) = al.characterize(record, accept=["interleaved"]).channels
+            model = channel.models[0]
+        else:
+            model = al.fit(record)
+        n_term, q_term = model.estimate("N"), model.estimate("Q")
+        looked += 1
+        assert n_term is not None
+        covered += n_term.lower <= 0.1 <= n_term.upper
+        claimed += q_term is not None and q_term.supported
+    assert looked >= runs - binom.isf(1e-4, runs, 0.03)
+    assert covered >= binom.ppf(1e-4, looked, 0.95)
+    assert claimed <= binom.isf(1e-4, looked, 0.05)
+
+
 def test_selection_keeps_a_line_of_few_periods() -> None:
     (kept,) = select(rates(two_lines()), lines=[0.3]).lines
     assert kept.kept and kept.frequency == pytest.approx(0.3, abs=0.003)

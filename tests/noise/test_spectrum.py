@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from scipy.signal import butter, lfilter
 from scipy.special import ndtri
+from scipy.stats import chi2
 
 import allanite as al
 from allanite.errors import InputError
@@ -25,6 +26,7 @@ from allanite.noise.spectrum.lines import _Law
 from allanite.noise.spectrum.periodogram import Periodogram, _Decimator, _Welch, periodograms
 from allanite.noise.spectrum.results import Spectrum
 from allanite.noise.spectrum.sampled import sampled_psd
+from allanite.noise.spectrum.stability import without_stable_lines
 from allanite.recording.records import Recording
 
 RATE = 100.0
@@ -196,6 +198,26 @@ def test_tail_of_the_averaged_periodogram(segments: int, merged: int, rng: np.ra
     assert np.std(bins) == pytest.approx(law.deviation, rel=0.03)
 
 
+@pytest.mark.parametrize("below", [0, 1])
+@pytest.mark.parametrize("segments", [7, 30])
+def test_tail_at_half_the_sample_rate(segments: int, below: int, rng: np.random.Generator) -> None:
+    runs, p = 6000, 0.01
+    bins = np.empty(runs)
+    for i in range(runs):
+        welch = _Welch(64)
+        welch.feed(rng.standard_normal(32 * (segments + 1)))
+        bins[i] = welch.density()[-1 - below]
+    stream = Periodogram(
+        frequency=np.zeros(2), density=np.zeros(2), first=0, last=0, segment=64,
+        segments=segments, pairs=segments - 1, skipped=0,
+    )  # fmt: skip
+    law = _Law(stream, below)
+    assert np.mean(bins) == pytest.approx(1.0, abs=4 * law.deviation / math.sqrt(runs))
+    assert np.std(bins) == pytest.approx(law.deviation, rel=0.05)
+    count = np.sum(bins > law.quantile(math.log(p)))
+    assert 0.7 * p * runs - 4 * math.sqrt(p * runs) < count < p * runs + 4 * math.sqrt(p * runs)
+
+
 @pytest.mark.long
 def test_false_alarms_are_rarer_than_stated(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(lines, "FALSE_ALARM", 0.1)
@@ -214,6 +236,44 @@ def test_a_line_is_found_up_to_three_resolutions_from_the_nyquist_frequency(apar
     for noise in white:
         (line,) = power_spectrum(recorded(noise + 0.3 * np.sin(2 * np.pi * f * DT * t + 1)), "x").lines
         assert line.frequency == pytest.approx(f, abs=step)
+
+
+@pytest.mark.parametrize("cycles", [0.0, 0.03, 0.3, 0.6, 1.5, 4.0, 20.0])
+def test_a_line_beside_its_image_is_removed(cycles: float, rng: np.random.Generator) -> None:
+    """So many cycles from half the sample rate in the record: what is left has the power of the noise there."""
+    n = 12_000
+    k = np.arange(n)
+    for phase in (0.5, 1.6, 2.8, -1.0):
+        noise = rng.standard_normal(n)
+        record = recorded(noise + 0.5 * np.sin(2 * np.pi * (0.5 - cycles / n) * k + phase))
+        spectrum = power_spectrum(record, "x")
+        (line,) = spectrum.lines
+        assert line.frequency_lower <= (0.5 - cycles / n) / DT * (1 + 1e-12)
+        assert line.frequency_upper == pytest.approx(min(line.frequency_upper, 0.5 / DT))
+        assert ("confounded" in line.note) == (cycles < 1) or not line.stable
+        if not line.stable:  # once in a hundred
+            assert line.coherence < 0.01
+            continue
+        rest = np.concatenate([x for _, x in without_stable_lines(record, spectrum).blocks("x")])
+        beat = (np.where(k % 2, -1.0, 1.0) * (rest - rest.mean())).reshape(16, -1).sum(axis=1)
+        assert np.sum(beat**2) / (n / 16) < chi2.isf(1e-4, 16)
+        assert power_spectrum(recorded(rest), "x").lines == ()
+
+
+@pytest.mark.parametrize("scale", [1.0, -1.0])
+def test_an_alternation_of_either_sign_and_with_gaps_is_removed(
+    scale: float, rng: np.random.Generator
+) -> None:
+    n = 12_000
+    x = rng.standard_normal(n) + 5.0 + 0.4 * (-1.0) ** np.arange(n)
+    x[rng.random(n) < 0.01] = np.nan
+    record = recorded(scale * x)
+    spectrum = power_spectrum(record, "x")
+    (line,) = spectrum.lines
+    assert line.stable and line.frequency == 0.5 / DT
+    assert abs(line.amplitude - 0.4) < 5 / np.sqrt(n)
+    rest = np.concatenate([x for _, x in without_stable_lines(record, spectrum).blocks("x")])
+    assert abs(np.nanmean(rest * (-1.0) ** np.arange(n))) < 0.01
 
 
 def test_line_in_coloured_noise() -> None:

@@ -12,6 +12,10 @@ A polynomial of degree five in every stretch of some eight periods is fitted wit
 noise would leak: the ends of a random walk would double its power at every frequency, those of its rest add a tenth. A
 line of fewer than four periods is hardly more than such a curve.
 
+A line at half the sample rate is an alternation, cos(pi k): its sine is zero in every sample, and with it goes what
+amplitude and phase would tell of each other. One closer to that than a fiftieth of a width is the same in the record,
+and is fitted there.
+
 Lines within eight widths of each other are fitted together. Others disturb each other by their tails alone: each is
 fitted to the record less the others, until nothing moves.
 
@@ -64,6 +68,8 @@ _PERIODS, _LEAST_BLOCKS, _DEGREE = 8.0, 32, 5  # of a stretch, and of the curve 
 _REACH = 3.0  # in units of 1/record: how far from the given frequency a line is looked for
 _PER_WIDTH = 8  # points of the grid
 _NEAR = 8.0  # widths: lines that are fitted together
+_NYQUIST = 0.5  # cycles per sample
+_UNRESOLVED = 0.02  # widths: a line so close to half the sample rate is fitted there
 _SAME = 0.5  # widths: two lines are looked for no closer than that
 _ROUNDS, _STEPS = 8, 30
 _MORE_TERMS = 16  # polynomials beyond pi for each turn, after which nothing is left of a wave
@@ -91,17 +97,25 @@ class Line:
     """cosine cos(2 pi f k) + sine sin(2 pi f k) in sample k; f in cycles per sample.
 
     `variances` are those of amplitude and frequency where the noise is white with variance one: in long records without
-    gaps 2/n and 6/(pi^2 A^2 n^3) (Rife and Boorstyn 1974).
+    gaps 2/n and 6/(pi^2 A^2 n^3) (Rife and Boorstyn 1974). At half the sample rate, f = 0.5, the sine is zero, and the
+    record does not tell the frequency from its neighbors: the first is 1/n, the second infinite. `gain` is what the
+    line takes off the sum of squares.
     """
 
     frequency: float
     cosine: float
     sine: float
     variances: tuple[float, float]
+    gain: float
 
     @property
     def amplitude(self) -> float:
         return math.hypot(self.cosine, self.sine)
+
+    @property
+    def alternates(self) -> bool:
+        """Whether it lies at half the sample rate."""
+        return self.frequency == _NYQUIST
 
 
 def without(chunks: Iterator[Array], lines: Sequence[Line]) -> Iterator[Array]:
@@ -147,6 +161,7 @@ def fit_lines(chunks: Chunks, n_samples: int, frequencies: Sequence[float]) -> t
     frequencies : sequence of float
         Each with at least `FEWEST_PERIODS` in the record.
     """
+    frequencies = [_NYQUIST if (_NYQUIST - f) * n_samples < _UNRESOLVED else f for f in frequencies]
     groups = [_Group(n_samples, *zip(*near, strict=True)) for near in _neighbours(frequencies, n_samples)]
     fitted: dict[int, Line] = {}
     for i in range(_ROUNDS):
@@ -332,7 +347,8 @@ class _Group:
         for f in frequencies:
             angle = 2 * np.pi * (f - self.centre) * self.middle
             c, s = np.cos(angle), np.sin(angle)
-            waves += [np.stack([c, -s]), np.stack([s, c])]
+            sine = np.stack([s, c])
+            waves += [np.stack([c, -s]), np.zeros_like(sine) if f == _NYQUIST else sine]
         return waves
 
     def _coefficients(self, values: Array) -> Array:
@@ -363,9 +379,11 @@ class _Group:
 
     def _window(self, given: float) -> tuple[float, float]:
         """Where a line is looked for: neither among slow noise nor beyond half of the rate."""
+        if given == _NYQUIST:
+            return given, given
         width = 1 / self.n_samples
         low = max(given - _REACH * width, min(given, FEWEST_PERIODS * width))
-        return low, min(given + _REACH * width, max(given, 0.5 - width))
+        return low, min(given + _REACH * width, max(given, _NYQUIST - width))
 
     def _searched(self) -> list[float]:
         """The best places on a grid, that of the strongest line first."""
@@ -411,24 +429,34 @@ class _Group:
         # about the middle of the record: the phase at the beginning would be nearly the same thing as frequency
         k = self.middle - (self.n_samples - 1) / 2
         for i in range(0, len(values), 2):
-            slope = 2 * np.pi * k * (size[i + 1] * values[i] - size[i] * values[i + 1])
+            slope = (
+                2 * np.pi * k * (size[i + 1] * values[i] - size[i] * values[i + 1])
+            )  # zero at half the rate
             columns += [values[i], values[i + 1], slope]
         return self._coefficients(np.array(columns))
 
     def _lines(self, frequencies: Sequence[float]) -> list[Line]:
-        size = _solved(*self.equations(self.columns(frequencies)))
+        waves, right = self.equations(self.columns(frequencies))
+        size = _solved(waves, right)
         normal = self.equations(self._with_slopes(frequencies))[0]
-        determined = np.linalg.matrix_rank(_scaled(normal)[0], tol=1e-10, hermitian=True) == len(normal)
+        free = sum(1 if f == _NYQUIST else 3 for f in frequencies)
+        determined = np.linalg.matrix_rank(_scaled(normal)[0], tol=1e-10, hermitian=True) == free
         spread = _inverse(normal)
         fitted = []
         for i, f in enumerate(frequencies):
             a, b = float(size[2 * i]), float(size[2 * i + 1])
             along = np.array([a, b]) / (math.hypot(a, b) or 1.0)
             of_line = spread[3 * i : 3 * i + 2, 3 * i : 3 * i + 2]
-            variances = (float(along @ of_line @ along), float(spread[3 * i + 2, 3 * i + 2]))
+            of_frequency = math.inf if f == _NYQUIST else float(spread[3 * i + 2, 3 * i + 2])
+            variances = (float(along @ of_line @ along), of_frequency)
+            gain = (a**2 + b**2) / variances[0] if variances[0] > 0 else 0.0
+            if (
+                _NYQUIST - f
+            ) * self.n_samples < 1:  # amplitude and phase are confounded, but the wave is there
+                gain = float(np.array([a, b]) @ waves[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] @ [a, b])
             if not determined:
-                variances = (math.inf, math.inf)
-            fitted.append(Line(frequency=f, cosine=a, sine=b, variances=variances))
+                variances, gain = (math.inf, math.inf), 0.0
+            fitted.append(Line(frequency=f, cosine=a, sine=b, variances=variances, gain=gain))
         return fitted
 
 

@@ -209,11 +209,11 @@ class LikelihoodProblem:
         Raises
         ------
         InputError
-            A frequency outside ]0, rate/2[, or one of fewer than four periods in the record.
+            A frequency outside ]0, rate/2], or one of fewer than four periods in the record.
         """
         frequencies = checked_lines(frequencies)
-        if not all(0 < f * self.dt < 0.5 for f in frequencies):
-            raise InputError(f"lines must lie between 0 and {0.5 / self.dt:g} Hz, not at {frequencies}")
+        if not all(0 < f * self.dt <= 0.5 * (1 + 1e-9) for f in frequencies):
+            raise InputError(f"lines must lie above 0 and up to {0.5 / self.dt:g} Hz, not at {frequencies}")
         duration = self.n_samples * self.dt
         for f in frequencies:
             if f * duration < FEWEST_PERIODS * (1 - 1e-9):
@@ -328,7 +328,7 @@ class LikelihoodProblem:
             parameters=self.parameters(peak, ramp=ramp),
             covariance=self.covariance(peak, ramp=ramp),
             terms=self.terms(peak, ramp=ramp),
-            n_parameters=free + 3 * len(self.lines),
+            n_parameters=free + sum(1 if line.alternates else 3 for line in self.lines),
             n_samples=present,
             chi2=chi2,
             dof=dof,
@@ -416,6 +416,21 @@ class LikelihoodProblem:
 
     def _line_variances(self, peak: Peak, line: Line, tag: str) -> list[tuple[str, float]]:
         """Of ln amplitude and ln frequency, by the density of the noise at the line (Rife and Boorstyn 1974)."""
+        noise = self._noise_at(peak, line)
+        of_amplitude, of_frequency = line.variances
+        # an alternation is told from a line half a width away: two standard deviations
+        frequency = (0.25 / self.n_samples) ** 2 if line.alternates else noise * of_frequency
+        return [
+            (f"amplitude{tag}", noise * of_amplitude / line.amplitude**2 if line.amplitude > 0 else math.inf),
+            (f"frequency{tag}", frequency / line.frequency**2),
+        ]
+
+    def line_gains(self, peak: Peak) -> list[float]:
+        """2 ln L that each line gains, by the density of the noise at the line."""
+        return [line.gain / self._noise_at(peak, line) for line in self.lines]
+
+    def _noise_at(self, peak: Peak, line: Line) -> float:
+        """Variance of a sample of white noise with the density that there is at a line."""
         from allanite.noise import NoiseModel
         from allanite.noise.spectrum.sampled import sampled_psd
 
@@ -423,13 +438,7 @@ class LikelihoodProblem:
             terms=tuple(t for t in self.terms(peak, ramp=False) if not isinstance(t, Sinusoid))
         )
         density = float(sampled_psd(model, line.frequency / self.dt, self.dt, self.channel.sampling))
-        # variance of a sample of white noise with that density; two-sided as the terms are
-        noise = density / self.dt / self.channel.scale**2
-        of_amplitude, of_frequency = line.variances
-        return [
-            (f"amplitude{tag}", noise * of_amplitude / line.amplitude**2 if line.amplitude > 0 else math.inf),
-            (f"frequency{tag}", noise * of_frequency / line.frequency**2),
-        ]
+        return density / self.dt / self.channel.scale**2  # two-sided as the terms are
 
 
 def _numbered(i: int) -> str:

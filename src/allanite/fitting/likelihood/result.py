@@ -258,7 +258,7 @@ def _model(
         family="gauss-markov" if "G" in fit.letters else "flicker",
         estimates=(
             *with_slow_notes(_estimates(problem, fit, confidence), slow or {}),
-            *_line_estimates(described, problem.widths, confidence),
+            *_line_estimates(described, problem.line_gains(fit.selected), problem.widths, confidence),
         ),
         confidence=confidence,
         covariance=described.covariance,
@@ -319,7 +319,9 @@ def _estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence:
     return [*estimates, *_slope_estimates(problem, fit), *markov]
 
 
-def _line_estimates(maximum: Maximum, widths: float, confidence: float) -> Iterator[Estimate]:
+def _line_estimates(
+    maximum: Maximum, gains: Sequence[float], widths: float, confidence: float
+) -> Iterator[Estimate]:
     """Amplitude and frequency of each line: normal intervals by the density of the noise at the line.
 
     The largest wave within the widths over which it was looked for is never nothing: a line that noise alone would
@@ -328,11 +330,12 @@ def _line_estimates(maximum: Maximum, widths: float, confidence: float) -> Itera
     symbols = maximum.covariance.get("symbols", [])
     lines = [i for i, s in enumerate(symbols) if s.startswith(("amplitude", "frequency"))]
     half = float(normal_quantile(0.5 + confidence / 2))
-    for i in lines:
+    of_each = [gain for gain in gains for _ in ("amplitude", "frequency")]
+    for i, gain in zip(lines, of_each, strict=True):
         symbol, value = symbols[i], maximum.parameters[symbols[i]]
         ends = half * math.sqrt(maximum.covariance["matrix"][i][i]) * value
         if symbol.startswith("amplitude"):
-            supported = 1 / maximum.covariance["matrix"][i][i] > line_price(widths)
+            supported = bool(gain > line_price(widths))
         if symbol.startswith("amplitude") and not supported:
             yield limit_estimate(symbol, value + ends)
         else:
@@ -340,7 +343,7 @@ def _line_estimates(maximum: Maximum, widths: float, confidence: float) -> Itera
             yield Estimate(
                 symbol=symbol,
                 value=value,
-                lower=value - ends,
+                lower=max(value - ends, 0.0),
                 upper=value + ends,
                 supported=supported,
                 note=note,

@@ -6,12 +6,16 @@ noise alone, the law of a weighted sum of exponential variables; the threshold i
 law, for all bins tested together. A peak is a line when it is as narrow as the window allows and stands out of its
 own neighbourhood too. Bins are tested one by one, and in groups of eight for lines that drift; a broad hump is not a
 line at either resolution.
+
+At half the sample rate a spectrum is its own mirror image. The bin there is real, with one degree of freedom for each
+segment; the window mixes some of it into the bin below. Both have laws of their own, and a line within a few bins
+overlaps its image.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,8 +32,6 @@ Array = NDArray[np.float64]
 FALSE_ALARM = 1e-3
 #: Bins next to the ends of a stream have no background on one side.
 EDGE = 32
-#: Bins next to the Nyquist frequency that the window mixes with its own, which has another law.
-NYQUIST_EDGE = 3
 #: Half-width of the running median: so many bins, or this share of the frequency.
 HALF_BINS, HALF_SHARE = 28, 0.08
 #: Bins at these distances on both sides are the neighbourhood that a line must stand out of.
@@ -93,7 +95,7 @@ def find_lines(streams: Sequence[Periodogram]) -> tuple[SpectralLine, ...]:
     tested = sum(s.tested for s in searches)
     if not tested:
         return ()
-    lines = _distinct([line for s in searches for line in s.peaks(math.log(FALSE_ALARM / tested), tested)])
+    lines = _distinct([line for s in searches for line in s.peaks(tested)])
     return _distinct([*lines, *_harmonics(searches, lines)])
 
 
@@ -120,7 +122,7 @@ def _harmonics(searches: Iterable[_LineSearch], lines: Sequence[SpectralLine]) -
         places = np.unique(np.concatenate([*near, np.zeros(0, dtype=np.int64)]))
         if len(places):
             tests = len(places) * len(lines)
-            peaks += search.peaks(math.log(FALSE_ALARM / tests), tests, places)
+            peaks += search.peaks(tests, places)
     return peaks
 
 
@@ -150,7 +152,7 @@ class _LineSearch:
         if len(stream.density) < 4 * EDGE:  # no room for a background
             return cls(stream=stream, background=stream.density, uncertainty=0.0, first=0, last=0)
         background, uncertainty = _background(stream)
-        edge = EDGE if stream.last < len(stream.frequency) else NYQUIST_EDGE
+        edge = EDGE if stream.last < len(stream.frequency) else 0
         return cls(
             stream=stream,
             background=background,
@@ -171,36 +173,68 @@ class _LineSearch:
         )
         return bins.astype(np.int64)
 
-    def peaks(self, log_p: float, tests: int, places: NDArray[np.int64] | None = None) -> list[SpectralLine]:
-        """Lines among `places` (all tested bins) whose tail probability is below exp(log_p)."""
+    def peaks(self, tests: int, places: NDArray[np.int64] | None = None) -> list[SpectralLine]:
+        """Lines among `places` (all tested bins), each significant among so many tests."""
         if not self.tested or not np.any(self.background > 0):
             return []
         places = np.arange(self.first, self.last) if places is None else places
-        law = _Law(self.stream)
-        threshold = law.quantile(log_p) * (1 + 2 * self.uncertainty)
-        density = self.stream.density
-        high = places[density[places] > threshold * self.background[places]]
-        tops = [b for b in high if density[b] == density[b - 2 : b + 3].max()]
-        return [line for b in tops if (line := self._line(int(b), threshold, law, tests))]
+        mirrored = np.concatenate([self.stream.density, self._image()])
+        lines: list[SpectralLine] = []
+        for law, bins in self._laws(places):
+            threshold = law.quantile(math.log(FALSE_ALARM / tests)) * (1 + 2 * self.uncertainty)
+            high = bins[mirrored[bins] > threshold * self.background[bins]]
+            tops = [int(b) for b in high if mirrored[b] == mirrored[b - 2 : b + 3].max()]
+            peaks = (self._line(top, mirrored, threshold, law, tests) for top in tops)
+            lines += [line for line in peaks if line]
+        return lines
 
-    def _line(self, top: int, threshold: float, law: _Law, tests: int) -> SpectralLine | None:
-        density, step = self.stream.density, self.stream.resolution
+    @property
+    def _nyquist(self) -> int:
+        """Bin at half the sample rate, or the one that would follow the last merged bin."""
+        return len(self.stream.density) - (self.stream.merged == 1)
+
+    def _image(self) -> Array:
+        """What the neighborhood of the last bin continues as: half the sample rate is a mirror."""
+        image: Array = self.stream.density[self._nyquist - RING[1] - 1 : self._nyquist][::-1]
+        return image
+
+    def _laws(self, places: NDArray[np.int64]) -> Iterator[tuple[_Law, NDArray[np.int64]]]:
+        """Laws, and the bins that follow them."""
+        below = np.full(len(places), 2)
+        if self.stream.merged == 1:  # of merged bins the last holds one part in eight of this
+            below = np.minimum(self._nyquist - places, 2)
+        for distance in np.unique(below):
+            yield _Law(self.stream, int(distance)), places[below == distance]
+
+    def _line(
+        self, top: int, mirrored: Array, threshold: float, law: _Law, tests: int
+    ) -> SpectralLine | None:
+        step = self.stream.resolution
         near = [
-            density[max(top - RING[1], 1) : top - RING[0]],
-            density[top + RING[0] + 1 : top + RING[1] + 1],
+            mirrored[max(top - RING[1], 1) : top - RING[0]],
+            mirrored[top + RING[0] + 1 : top + RING[1] + 1],
         ]
         base = max(float(np.median(np.concatenate(near))), float(self.background[top]))
-        excess = density[top - 5 : top + 6] - base
-        if density[top] <= threshold * base or np.sum(excess > excess[5] / 2) > WIDEST:
+        excess = mirrored[top - 5 : top + 6] - base
+        unmirrored = (
+            excess if top == self._nyquist else excess[: self._nyquist - top + 6]
+        )  # the rest is its image
+        if mirrored[top] <= threshold * base or np.sum(unmirrored > excess[5] / 2) > WIDEST:
             return None
         core = np.maximum(excess[3:8], 0.0)
-        log_tail = law.log_tail(density[top] / (base * (1 + 2 * self.uncertainty)))
+        log_tail = law.log_tail(mirrored[top] / (base * (1 + 2 * self.uncertainty)))
+        frequency = float(self.stream.frequency[top] + step * (core @ np.arange(-2, 3)) / core.sum())
         return SpectralLine(
-            frequency=float(self.stream.frequency[top] + step * (core @ np.arange(-2, 3)) / core.sum()),
-            amplitude=2 * math.sqrt(core.sum() * step),
+            frequency=min(frequency, float(self.stream.frequency[-1])),
+            amplitude=math.sqrt(2 * step * self._power(top, core)),
             significance=min(-(log_tail + math.log(tests)) / math.log(10), 300.0),
             width=2 * step,
         )
+
+    def _power(self, top: int, core: Array) -> float:
+        """Sum of bins at positive and negative frequencies; the one at half the sample rate is both."""
+        away = self._nyquist - (top + np.arange(-2, 3))
+        return float(core @ np.select([away > 0, away == 0], [2.0, 1.0], 0.0))
 
 
 def _background(stream: Periodogram) -> tuple[Array, float]:
@@ -242,15 +276,29 @@ class _Law:
     1 + cos(t)/3 of a tridiagonal matrix, t spread over [0, pi]. Merged bins multiply them by the eigenvalues of the
     Hann window's coherences 1, 2/3, 1/6. Tails by saddle point (Lugannani and Rice 1980): a few per cent, however far
     out.
+
+    Half the sample rate mirrors the spectrum, and real and imaginary part of a bin near it differ. Of the bin itself
+    only the real part is left; one bin below, they are 7/12 and 5/12 of the power, with weights 7/12 + cos(t)/12 and
+    5/12 + cos(t)/4. Each part is the square of a normal variable.
+
+    Parameters
+    ----------
+    stream : Periodogram
+    below : int
+        Bins from half the sample rate; farther than one, the two parts are alike.
     """
 
-    def __init__(self, stream: Periodogram) -> None:
+    def __init__(self, stream: Periodogram, below: int = 2) -> None:
         nodes = min(stream.segments, 256 // stream.merged)  # more weights than that are a continuum
-        link = 1 / 3 if stream.pairs else 0.0
-        overlaps = 1 + link * np.cos(np.pi * np.arange(1, nodes + 1) / (nodes + 1))
+        link = np.cos(np.pi * np.arange(1, nodes + 1) / (nodes + 1)) / 3 * bool(stream.pairs)
+        overlaps = 1 + link
         apart = np.abs(np.subtract.outer(range(stream.merged), range(stream.merged)))
         bins = np.linalg.eigvalsh(np.interp(apart, [0, 1, 2, 3], [1, 2 / 3, 1 / 6, 0])) / stream.merged
-        self._count = stream.segments / nodes
+        if below == 1:
+            overlaps = np.concatenate([7 / 6 + link / 2, 5 / 6 + 3 * link / 2])
+        elif below == 0:
+            overlaps = 2 * overlaps
+        self._count = stream.segments / nodes / (1 if below > 1 else 2)
         self._weights = np.outer(np.maximum(bins, 0), overlaps).ravel() / stream.segments
         self.deviation = math.sqrt(self._count * float(np.sum(self._weights**2)))
         self.median = 1 - self.deviation**2 / 3

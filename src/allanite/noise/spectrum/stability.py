@@ -9,7 +9,8 @@ sinusoid in noise of density S has the same in all of them, but for noise of kno
 
 v being the weights of the part: the sum of squares about the mean is chi-square with two degrees of freedom for each
 part, less one for the amplitude, the phase and the frequency. A line that fails is a line still, with a mean power
-and no phase. A stable line can be taken out of the samples: it costs three numbers, and leaves no lag bent.
+and no phase. A stable line can be taken out of the samples: it costs three numbers, and leaves no lag bent. A line so
+near half the sample rate that it overlaps its image is left to `near_nyquist`.
 
 References
 ----------
@@ -29,6 +30,7 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Sinusoid
 from allanite.noise.sinusoid_sum import SinusoidSum
 from allanite.noise.spectrum.lines import SpectralLine
+from allanite.noise.spectrum.near_nyquist import NearNyquist, NyquistFit, near_nyquist
 from allanite.noise.spectrum.periodogram import rate_blocks
 from allanite.noise.spectrum.results import Spectrum
 from allanite.quantities.distributions import chi_square_quantile, chi_square_tail, normal_quantile
@@ -46,20 +48,33 @@ _REFUSED = 0.01
 _MOST_PARTS, _FEWEST_PARTS = 24, 4
 #: A segment may miss this share of its weight.
 _MISSING = 0.5
+_TOO_FEW = "too few parts of the record are complete enough to test its phase"
 _FINE = 8  # points of the frequency search for each resolved one
 
 
 def examined(recording: Recording, spectrum: Spectrum) -> tuple[SpectralLine, ...]:
     """The lines of a spectrum with their intervals, each tested for being a sinusoid."""
-    names = [_Demodulator(line, recording.rate) for line in spectrum.lines]
+    names = [
+        NearNyquist(line, recording.rate)
+        if near_nyquist(line, recording.rate)
+        else _Demodulator(line, recording.rate)
+        for line in spectrum.lines
+    ]
     for done, block in rate_blocks(recording, spectrum.channel):
         for one in names:
             one.feed(done - len(block), block)
     scale = recording[spectrum.channel].scale  # its sign turns the phase
     return tuple(
-        _judged(line, one.segments() * scale, one, spectrum)
+        _alternating(line, one.fitted(_density(line, spectrum) / scale**2), scale)
+        if isinstance(one, NearNyquist)
+        else _judged(line, one.segments() * scale, one, spectrum)
         for line, one in zip(spectrum.lines, names, strict=True)
     )
+
+
+def _density(line: SpectralLine, spectrum: Spectrum) -> float:
+    """Of the noise around a line."""
+    return float(np.interp(line.frequency, spectrum.frequency, spectrum.background))
 
 
 def sinusoids(spectrum: Spectrum) -> tuple[Sinusoid, ...]:
@@ -195,10 +210,10 @@ def _judged(line: SpectralLine, a: Complex, how: _Demodulator, spectrum: Spectru
     """The line with intervals and the verdict of the test."""
     good = np.flatnonzero(np.isfinite(a.real))
     if len(good) < 2 * _FEWEST_PARTS:
-        return _unstable(line, a[good], "too few parts of the record are complete enough to test its phase")
+        return _unstable(line, len(good), _TOO_FEW)
     shift = _frequency_shift(a, good)  # cycles per hop
     still = a * np.exp(-2j * np.pi * shift * np.arange(len(a)))
-    density = float(np.interp(line.frequency, spectrum.frequency, spectrum.background))
+    density = _density(line, spectrum)
     means, sizes = _parts(still, good)
     one = 2 * density / (spectrum.dt * how.hop)
     spread = one * (sizes - 0.25) / sizes**2  # eq. (1): half-overlapping Hann windows add up to a flat top
@@ -207,7 +222,7 @@ def _judged(line: SpectralLine, a: Complex, how: _Demodulator, spectrum: Spectru
     p = chi_square_tail(chi2, 2 * len(means) - 3)
     if p < _REFUSED:
         excess = max(chi2 / (2 * len(means) - 3) - 1, 0.0) * 2 * float(np.mean(spread))
-        return _unstable(line, a[good], _wandering(excess, mean), p)
+        return _unstable(line, len(good), _wandering(excess, abs(mean)), p)
     # so far the phase is that of the middle of the first segment, a hop after the first sample
     frequency = (how.cycles + shift / how.hop) / spectrum.dt
     phase = float(np.angle(mean * np.exp(-2j * np.pi * shift * (1 - 0.5 / how.hop))))
@@ -249,16 +264,38 @@ def _parts(a: Complex, good: NDArray[np.int64]) -> tuple[Complex, Array]:
     return np.array([a[g].mean() for g in groups]), np.array([float(len(g)) for g in groups])
 
 
-def _wandering(excess: float, mean: complex) -> str:
-    share = math.sqrt(excess) / max(abs(mean), 1e-300)
+def _alternating(line: SpectralLine, fit: NyquistFit | None, scale: float) -> SpectralLine:
+    """The line with what least squares beside its image gives, from samples in the channel's own unit."""
+    if fit is None:
+        return _unstable(line, 2, _TOO_FEW)
+    if fit.p < _REFUSED:
+        return _unstable(line, fit.segments, _wandering(fit.excess, fit.amplitude), fit.p)
+    z, size = normal_quantile(0.975), abs(scale)
+    return replace(
+        line,
+        frequency=fit.frequency,
+        amplitude=fit.amplitude * size,
+        amplitude_lower=max(fit.amplitude - z * fit.amplitude_sd, 0.0) * size,
+        amplitude_upper=(fit.amplitude + z * fit.amplitude_sd) * size,
+        frequency_lower=fit.frequency_lower,
+        frequency_upper=fit.frequency_upper,
+        stable=True,
+        coherence=fit.p,
+        phase=fit.phase if scale > 0 else fit.phase - math.copysign(math.pi, fit.phase),
+        note=fit.note,
+    )
+
+
+def _wandering(excess: float, amplitude: float) -> str:
+    share = math.sqrt(excess) / max(amplitude, 1e-300)
     if share > 1:
         return "amplitude and phase change through the record: no sinusoid"
     return f"amplitude and phase wander by {share:.1%} of the line through the record: no sinusoid"
 
 
-def _unstable(line: SpectralLine, a: Complex, note: str, p: float = math.nan) -> SpectralLine:
+def _unstable(line: SpectralLine, segments: int, note: str, p: float = math.nan) -> SpectralLine:
     """Mean power of a line without a phase: its segments are taken as independent complex normal amplitudes."""
-    dof = max(len(a), 2)
+    dof = max(segments, 2)
     return replace(
         line,
         amplitude_lower=line.amplitude * math.sqrt(dof / chi_square_quantile(0.975, dof)),
