@@ -189,6 +189,17 @@ def _advise_the_others(recording: Recording, findings: Sequence[Finding]) -> lis
     return [f.advise(f"{NO_READINGS[f.code]}: {option}") if f.code in NO_READINGS else f for f in findings]
 
 
+def _advise_the_spaced(surveys: Sequence[ChannelSurvey], findings: Sequence[Finding]) -> list[Finding]:
+    """Channels with a value in every k-th row are read alone where others have more: rows without them are left out."""
+    spaced = [s.name for s in surveys if values.every(s)]
+    if not 0 < len(spaced) < len(surveys):
+        return [*findings]
+    advice = f"read them alone: --channels {for_shell(','.join(spaced))}"
+    return [
+        replace(f, advice=advice) if f.code == "broken_up" and f.channel in spaced else f for f in findings
+    ]
+
+
 def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding]:
     surveys = []
     for channel in recording.channels:
@@ -205,6 +216,7 @@ def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding
         of_channels += nonsense or [f for look in PRESENCE_DETECTORS for f in look(s)]
         if not nonsense and s.present >= values.MINIMUM:
             enough.append(s)
+    of_channels = _advise_the_spaced(surveys, of_channels)
     left_out, enough = _left_out(enough)
     of_channels += left_out
     renewed = held.holds(enough)

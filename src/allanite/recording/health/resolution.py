@@ -78,7 +78,8 @@ def is_unresolved(survey: ChannelSurvey) -> bool:
     step = survey.lattice.step
     if step == 0.0 or survey.channel.kind.integrated:
         return False
-    return survey.sigma < DITHERED * step or float(np.median(_two_codes(survey))) > 0.99
+    quiet = survey.unbroken > 1 and survey.sigma < DITHERED * step  # without neighbors nothing is known of it
+    return quiet or float(np.median(_two_codes(survey))) > 0.99
 
 
 def _two_codes(survey: ChannelSurvey) -> list[float]:
