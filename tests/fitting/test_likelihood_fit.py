@@ -308,7 +308,7 @@ def test_refusals_say_what_to_do() -> None:
     for terms in ((), ("R",), ("X",), ("N", "N"), ("G", "G", "G")):
         with pytest.raises(InputError, match="letters"):
             problem.maximum(terms)
-    with pytest.raises(InputError, match="between 0 and 5 Hz"):
+    with pytest.raises(InputError, match="above 0 and up to 5 Hz"):
         problem.with_lines([7.0])
     several = Recording.from_rate(np.zeros((1000, 2)), rate=1.0, unit="rad/s")
     with pytest.raises(InputError, match="name the channel"):

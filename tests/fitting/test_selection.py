@@ -205,7 +205,7 @@ def test_refusals(walking: Selection) -> None:
     made = walking.recording
     with pytest.raises(InputError, match="'auto'"):
         select(made, lines="all")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=r"between 0 and 0\.5 Hz"):
+    with pytest.raises(InputError, match=r"above 0 and up to 0\.5 Hz"):
         select(made, lines=[0.7])
     with pytest.raises(InputError, match="confidence"):
         select(made, confidence=1.0)
