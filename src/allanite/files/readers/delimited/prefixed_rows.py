@@ -19,8 +19,8 @@ __all__ = ["PrefixedRows", "find_prefixed", "holds_number"]
 _ARROW = r"(?:[ \t]*(?:->|=>|\|)[ \t]*|:?[ \t]+)"
 _NUMBER = r"[-+]?(?:\d+{mark}?\d*|{mark}\d+)(?:[eE][-+]?\d+)?"
 _DECIMALS = {",": r"\.", ";": "[.,]", "\t": "[.,]"}
-#: Share of the rows.
-_MOST = 0.6
+#: Rows that are looked at, and the share of them that decides.
+_ROWS, _MOST = 200, 0.6
 #: A number with a decimal point behind other text, in a cell.
 _BEHIND = re.compile(r"\S(?:[ \t]+|[ \t]*(?:->|=>|[=|>\]])[ \t]*|:[ \t]+)[-+]?\d*\.\d+(?:[eE][-+]?\d+)?$")
 
@@ -56,6 +56,7 @@ def find_prefixed(
 ) -> PrefixedRows | None:
     """How they are read where most rows begin so; None for any other text."""
     rows = [line for line in lines if line.strip() and not line.lstrip().startswith(COMMENT)]
+    rows = rows[:: -(-len(rows) // _ROWS)] if rows else rows
     for sign in _DECIMALS if delimiter is None else {delimiter} & {*_DECIMALS}:
         mark = r"\." if decimal == "." else _DECIMALS[sign]
         pattern = _pattern(sign, mark)
