@@ -35,6 +35,8 @@ _OTHER = re.compile(r"\d,\d+;|\(\d\d:\d\d:|[\"#]")
 _ROW = re.compile(r"[\s\"(]*[-+.]?\d")
 #: Parentheses around a number with a sign are no sign themselves.
 _SIGNED = re.compile(r"\([ ]*[-+]")
+#: Without any of these no row is looked at one by one.
+_SUSPECT = re.compile(r"\(|[\d.]-(?![\d.])")
 #: A cell that is a number in parentheses or with its sign behind it, between delimiters that are no blanks.
 _ACCOUNTING = re.compile(
     r"(?:^|[,;\t|])[ ]*\"?(?P<cell>\([ ]*[$€]?(?:\d[\d.,]*|\.\d+)(?:[eE][-+]?\d+)?[ ]*\)"
@@ -97,6 +99,8 @@ def refuse_accounting(lines: Sequence[str], name: str) -> None:
     FormatError
         It shows the first of them.
     """
+    if not _SUSPECT.search("\n".join(lines)):
+        return
     rows = [line for line in lines if _ROW.match(line)]
     plain = any(map(_SIGNED.search, rows))
     for line in rows:
