@@ -53,7 +53,6 @@ class Case:
     options: tuple[str, ...] = _NPY
     fewest: int = 1
     channels: tuple[int, ...] = CHANNELS
-    longest: int = SIZES[-1]
     remark: str = ""
 
     def arguments(self, n: int, channels: int) -> list[str]:
@@ -131,7 +130,7 @@ CASES: Mapping[str, Case] = {
 
 def points_of(case: Case) -> list[tuple[int, int]]:
     """Samples and channels of all runs of a case."""
-    lengths = [(n, case.fewest) for n in SIZES if n <= case.longest]
+    lengths = [(n, case.fewest) for n in SIZES]
     return list(dict.fromkeys([*lengths, *((SIZES[0], c) for c in case.channels)]))
 
 

@@ -13,40 +13,16 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.files.readers.part import ColumnOfRows, StampsOfRows
 from allanite.files.readers.stamp_table import TimeChoice
 from allanite.files.readers.timebase import Stamps
 from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Column
-from allanite.recording.sample_columns import View
 
 __all__ = ["KeptRows"]
 
 _Floats = NDArray[np.float64]
 _CHUNK: Final = 1 << 13  # rows that are picked from together: a multiple of the 8 bits of a byte
-
-
-@dataclass(frozen=True, slots=True)
-class _Picked(View):
-    rows: KeptRows
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def read(self, start: int, stop: int) -> _Floats:
-        return self.rows.pick(self.of, start, stop)
-
-
-@dataclass(frozen=True, slots=True)
-class _PickedStamps:
-    of: Stamps
-    rows: KeptRows
-    first: float
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def read(self, start: int, stop: int) -> _Floats:
-        return self.rows.pick(self.of, start, stop) - self.first
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +62,7 @@ class KeptRows:
         part = np.unpackbits(self.bits[start // 8 : -(-stop // 8)])
         return part[: stop - start].view(np.bool_)
 
-    def pick(self, source: Column | Stamps, start: int, stop: int) -> _Floats:
+    def gathered(self, source: Column | Stamps, start: int, stop: int) -> _Floats:
         """Values [start, stop) of a column or of stamps, these rows alone."""
         stop = min(stop, len(self))
         if start >= stop:
@@ -99,7 +75,7 @@ class KeptRows:
 
     def of_column(self, column: Column) -> Column:
         """These rows of a column."""
-        return _Picked(column, self)
+        return ColumnOfRows(column, self)
 
     def of_time(self, time: TimeChoice) -> TimeChoice:
         """The time of these rows: seconds since the first stamp among them."""
@@ -107,14 +83,14 @@ class KeptRows:
         later = round(first * 1e9)
         return replace(
             time,
-            stamps=_PickedStamps(time.stamps, self, first),
+            stamps=StampsOfRows(time.stamps, self, first),
             start=None if time.start is None else time.start + later,
             first_ns=time.first_ns + later,
         )
 
     def _first(self, stamps: Stamps) -> float:
         for start in range(0, len(self), _CHUNK):
-            block = self.pick(stamps, start, start + _CHUNK)
+            block = self.gathered(stamps, start, start + _CHUNK)
             known = block[np.isfinite(block)]
             if len(known):
                 return float(known[0])

@@ -8,7 +8,7 @@ elsewhere are left out, wherever they stand in the file.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,17 +19,26 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import Column
 from allanite.recording.sample_columns import View
 
-__all__ = ["TableRows", "rows_between"]
+__all__ = ["ColumnOfRows", "StampsOfRows", "TableRows", "rows_between"]
 
 _ROWS = 1 << 20
 _EXACT = 1e-9  # a stamp so close to an end [s] is at the end: decimals are not binary
 
 
-@dataclass(frozen=True, slots=True)
-class _RunsOf(View):
-    """Runs of rows of a column, one after another."""
+class Gatherer(Protocol):
+    """Some rows of a table."""
 
-    rows: TableRows
+    def __len__(self) -> int: ...
+
+    def gathered(self, source: Any, start: int, stop: int) -> NDArray[np.float64]:
+        """Values [start, stop) of a column or of stamps, of these rows alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnOfRows(View):
+    """These rows of a column, one after another."""
+
+    rows: Gatherer
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -39,17 +48,18 @@ class _RunsOf(View):
 
 
 @dataclass(frozen=True, slots=True)
-class _StampsOf:
-    """Stamps of runs of rows, from the first of them on."""
+class StampsOfRows:
+    """The stamps of these rows, less the first of them."""
 
     of: Stamps
-    rows: TableRows
+    rows: Gatherer
+    first: float
 
     def __len__(self) -> int:
         return len(self.rows)
 
     def read(self, start: int, stop: int) -> NDArray[np.float64]:
-        return self.rows.gathered(self.of, start, stop) - self.rows.first
+        return self.rows.gathered(self.of, start, stop) - self.first
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,11 +86,11 @@ class TableRows:
 
     def of_column(self, column: Column) -> Column:
         """These rows of a column."""
-        return _RunsOf(column, self)
+        return ColumnOfRows(column, self)
 
     def of_stamps(self, stamps: Stamps) -> Stamps:
         """The stamps of these rows: seconds since the first of them."""
-        return _StampsOf(stamps, self)
+        return StampsOfRows(stamps, self, self.first)
 
     def gathered(self, source: Any, start: int, stop: int) -> NDArray[np.float64]:
         """Values [start, stop) of a column or of stamps, of these rows alone."""

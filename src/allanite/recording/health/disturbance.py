@@ -90,7 +90,7 @@ def impulses(survey: ChannelSurvey, reach: float = 0.0) -> Iterator[Finding]:
         return
     far = np.abs(outliers.deviation) > reach
     if not far.all():
-        yield _heavy_tails(survey, _of(outliers, ~far))
+        yield _long_tails(survey, _of(outliers, ~far))
         outliers = _of(outliers, far)
     if len(outliers.position) == 0:
         return
@@ -121,10 +121,22 @@ def _of(outliers: Impulses, some: NDArray[np.bool_]) -> Impulses:
 
 def _heavy_tails(survey: ChannelSurvey, outliers: Impulses) -> Finding:
     count = max(outliers.crowded, len(outliers.position))
+    share = percent(count / survey.present)
+    return _not_gaussian(
+        survey, count, f"large steps are too frequent for isolated impulses in {share} of the samples"
+    )
+
+
+def _long_tails(survey: ChannelSurvey, outliers: Impulses) -> Finding:
+    count = len(outliers.position)
+    what = f"{plural(count, 'outlying sample', 'lie')} within the tails of the others"
+    return _not_gaussian(survey, count, what)
+
+
+def _not_gaussian(survey: ChannelSurvey, count: int, what: str) -> Finding:
     return finding(
         "heavy_tails",
-        f"large steps are too frequent for isolated impulses in {percent(count / survey.present)} of the samples: the "
-        "noise is not Gaussian",
+        f"{what}: the noise is not Gaussian",
         severity=Severity.WARNING,
         channel=survey.name,
         count=count,

@@ -24,7 +24,7 @@ SENSOR: dict[str, FindingKind] = {
     "heavy_tails": FindingKind(
         group=_REST,
         severity="warning",
-        means="too many large steps for isolated impulses: vibration, or non-Gaussian noise",
+        means="large steps that are no isolated impulses: vibration, or non-Gaussian noise",
         risk="intervals are too narrow",
         done="kept",
         advice="inspect the time series",
