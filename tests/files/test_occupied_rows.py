@@ -177,4 +177,6 @@ def test_kept_rows_read_as_the_rows_picked_from_the_whole(seed: int) -> None:
     for _ in range(20):
         a, b = np.sort(rng.integers(0, len(picked) + 1, 2))
         np.testing.assert_array_equal(column.read(int(a), int(b)), picked[a:b])
-        np.testing.assert_array_equal(rows.gathered(ArrayStamps(values), int(a), int(b)), picked[a:b] - values[0])
+        np.testing.assert_array_equal(
+            rows.gathered(ArrayStamps(values), int(a), int(b)), picked[a:b] - values[0]
+        )
