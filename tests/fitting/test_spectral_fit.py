@@ -254,6 +254,24 @@ def test_bridged_samples_carry_no_information() -> None:
     assert low < np.sum(np.square(z)) < high
 
 
+@pytest.mark.long
+def test_slow_noise_beside_random_holes_is_covered() -> None:
+    """Three of ten missing: white noise that neighbors hold twice is not taken for flicker."""
+    truth, runs = {"N": 1e-4, "B": 1e-4, "K": 1e-4}, 25
+    model = NoiseModel.of(White(N=truth["N"]), Flicker(B=truth["B"]), RandomWalk(K=truth["K"]))
+    hits = dict.fromkeys(truth, 0)
+    for seed in range(runs):
+        record = al.simulate(model, rate=100.0, duration=300.0, seed=seed, name="x")
+        y = record.values("x").copy()
+        y[np.random.default_rng(seed).random(len(y)) < 0.3] = np.nan
+        found = fit_spectral(Recording.from_rate(y, rate=100.0, unit="rad/s", names="x"), terms="NBK")
+        for symbol, value in truth.items():
+            estimate = found.estimate(symbol)
+            assert estimate is not None
+            hits[symbol] += estimate.lower <= value <= estimate.upper
+    assert min(hits.values()) >= binom.ppf(1e-4, runs, 0.95)
+
+
 def test_common_errors_are_marginalised() -> None:
     """The whitened columns and the likelihood against the dense covariance and a plain minimisation."""
     data, _ = spectral_ordinates(missing_singly(3000, 1), "x")

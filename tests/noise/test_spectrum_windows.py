@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from scipy.linalg import toeplitz
 from scipy.stats import binom
+from scipy.stats import t as student_t
 
 import allanite as al
 from allanite.errors import InputError
@@ -324,54 +325,87 @@ def test_bridged_samples_and_their_variance_are_those_of_the_best_estimate(rng: 
     assert np.var(error) == pytest.approx(
         0.5, rel=4 * math.sqrt(2 / len(missing))
     )  # of the mean of both neighbours
-    # holes far apart: their errors are their own
-    assert bridge.lacking * len(walk) / len(missing) == pytest.approx([0.5, *[0.0] * 8], abs=0.025)
+    # holes far apart: their errors are their own, and what is put back is their variance
+    put_back = bridge.lacking * len(walk) / len(missing)
+    assert put_back == pytest.approx([0.5, *[0.0] * (len(put_back) - 1)], abs=0.025)
     holed[300:310] = np.nan  # longer runs stay missing
     assert np.isnan(Bridge()(holed)).sum() == 10
 
 
-def test_errors_of_neighbouring_holes_are_those_of_the_best_estimates() -> None:
-    """Random holes in steep noise: the errors' autocovariance, and what is put back, against the errors themselves."""
-    n, rng = 120_000, np.random.default_rng(8)
-    steep = NoiseModel.of(White(N=0.2), GaussMarkov.from_sigma(1.0, 5.0))
-    y = al.simulate(steep, rate=1.0, duration=float(n), seed=3)
+def slowness() -> Any:
+    """White noise, and slow noise in which it drowns within a few, some hundred and all samples."""
+    white = White(N=0.2)
+    return pytest.mark.parametrize(
+        "model",
+        [
+            pytest.param(NoiseModel.of(white, *slow), id=name)
+            for name, slow in {
+                "white": [],
+                "Gauss-Markov": [GaussMarkov.from_sigma(1.0, 5.0)],
+                "flicker": [Flicker(B=0.2)],
+                "walk": [RandomWalk(K=0.004)],
+                "all": [Flicker(B=0.02), RandomWalk(K=0.02)],
+            }.items()
+        ],
+    )
+
+
+@slowness()
+def test_what_is_put_back_is_what_bridging_took(model: NoiseModel) -> None:
+    """Random holes: by distance, and as an autocovariance would, against the samples that were missing."""
+    n, parts, rng = 120_000, 40, np.random.default_rng(8)
+    y = al.simulate(model, rate=1.0, duration=float(n), seed=3)
     y = y.values(y.names[0]).copy()
+    y -= y.mean()
     missing = rng.random(n) < 0.3
-    holed = np.where(missing, np.nan, y)
     bridge = Bridge()
-    filled = bridge(holed)
-    error = np.where(np.isfinite(filled), filled - y, 0.0)
-    count = np.isfinite(filled).sum()
-    measured = np.array([error[: n - h] @ error[h:] / count for h in range(9)])
-    # products of 36 000 errors of variance v, correlated with some neighbours, scatter by v sqrt(2/36 000)
-    spread = measured[0] * math.sqrt(2 * 3 / missing.sum()) * missing.mean()
-    assert bridge.lacking == pytest.approx(measured, abs=5 * spread)
-    assert bridge.lacking[1] > 20 * spread  # they do err to the same side
+    filled = bridge(np.where(missing, np.nan, y))
+    error = np.where(np.isfinite(filled), y - filled, 0.0)
+    filled = y - error
+    taken = np.array([error * filled + filled * error + error**2])  # of one distance a row
+    for h in range(1, len(bridge.lacking)):
+        a, b = slice(None, -h), slice(h, None)
+        row = error[a] * filled[b] + filled[a] * error[b] + error[a] * error[b]
+        taken = np.concatenate([taken, [np.append(row, np.zeros(h))]])
+    # slow noise is in all distances alike, and in the density at zero frequency alone
+    taken = taken[:-1] - taken[-1]
+    put_back = bridge.lacking[:-1] - bridge.lacking[-1]
+    sums = taken.reshape(len(taken), parts, -1).sum(axis=2) * parts / np.isfinite(filled).sum()
+    spread = sums.std(axis=1, ddof=1) / math.sqrt(parts)
+    assert np.all(np.abs(put_back - sums.mean(axis=1)) < student_t.isf(1e-5, parts - 1) * spread)
+    assert put_back[0] > 20 * spread[0]
     account = bridge.account(1.0, n)
     f = np.linspace(0.0, 0.5, 33)
-    h = np.arange(1, 9)
-    assert account.put_back(f) == pytest.approx(
-        bridge.lacking[0] + 2 * np.cos(2 * np.pi * np.outer(f, h)) @ bridge.lacking[1:], rel=1e-9
-    )
-    assert account.put_back(f).min() < account.white * account.share < account.put_back(f).max()
+    h = np.arange(1, len(bridge.lacking))
+    transform = bridge.lacking[0] + 2 * np.cos(2 * np.pi * np.outer(f, h)) @ bridge.lacking[1:]
+    assert account.put_back(f) == pytest.approx(transform, rel=1e-9, abs=1e-12)
+    assert 0 < account.white * account.share < account.put_back(f).max()
 
 
 @pytest.mark.long
-def test_density_of_steep_noise_with_random_holes_is_that_without() -> None:
-    """40 % missing: with errors taken as independent the highest frequencies came out half as high again."""
-    n, runs, steep = 60_000, 5, NoiseModel.of(White(N=0.2), GaussMarkov.from_sigma(1.0, 5.0))
-    ratios = []
+@slowness()
+@pytest.mark.parametrize("share", [0.1, 0.4])
+def test_density_with_random_holes_is_that_without(model: NoiseModel, share: float) -> None:
+    """At all frequencies: what neighbours tell of a missing sample is known, and what they tell twice."""
+    n, runs, ratios = 15_000, 12, []
     for i in range(runs):
-        y = al.simulate(steep, rate=1.0, duration=float(n), seed=40 + i)
+        y = al.simulate(model, rate=1.0, duration=float(n), seed=40 + i)
         y = y.values(y.names[0]).copy()
-        y[np.random.default_rng(i).random(n) < 0.4] = np.nan
+        y[np.random.default_rng(i).random(n) < share] = np.nan
         found = power_spectrum(Recording.from_rate(y, rate=1.0, unit="rad/s", names="x"), "x")
-        high = found.frequency > 0.2
-        truth = sampled_psd(steep, found.frequency[high], 1.0, "mean")
-        ratios.append(found.density[high] / truth)
-    mean, scatter = np.mean(ratios, axis=0), np.std(ratios, axis=0, ddof=1)
-    assert np.all(np.abs(mean - 1) < 5 * scatter.max() / math.sqrt(runs))
-    assert scatter.max() < 0.2
+        band = np.digitize(found.frequency, np.geomspace(0.02, 0.5, 9))
+        weight, power = (
+            np.bincount(band, w, 10)[1:9]
+            for w in (found.edf, found.edf * found.density / found.expected(model))
+        )
+        ratios.append(np.divide(power, weight, out=np.full(8, np.nan), where=weight > 0))
+    ratio = np.array(ratios)[
+        :, np.isfinite(ratios).all(axis=0)
+    ]  # long runs of missing samples leave no long segments
+    mean, scatter = ratio.mean(axis=0), ratio.std(axis=0, ddof=1)
+    assert np.all(np.abs(mean - 1) < student_t.isf(1e-5, runs - 1) * scatter / math.sqrt(runs))
+    assert len(mean) >= 4
+    assert scatter[-1] < 0.1
 
 
 def test_an_autocovariance_that_is_none_is_made_one() -> None:

@@ -2,15 +2,19 @@
 """Isolated missing samples in a periodogram.
 
 Left out at weight zero, a missing sample of red noise is a step down to the mean and back: it leaks the power of the
-lowest frequencies over all others. Here its expected value given its neighbours stands in for it, and what that value
-lacks is added to the density. Errors e_i of the best estimate are independent of all that is there, so that
+lowest frequencies over all others. Here its best estimate from its neighbours stands in for it, with weights that sum
+to 1, so that slow noise of any size passes: x'_i = sum of a_ik x_(i+k), and e_i = x_i - x'_i (0 where nothing is
+missing). What that changes is put back into the density:
 
-    E|F(f)|^2 = E|F'(f)|^2 + sum over missing i, j of w_i w_j cov(e_i, e_j) cos(2 pi f (i - j) dt)         (1)
+    E|F(f)|^2 = E|F'(f)|^2 + sum over i, j of w_i w_j t_ij cos(2 pi f (i - j) dt),                         (1)
 
-whatever the spectrum. Holes that stand apart have errors of their own, and what is added is white; of steep noise
-neighbouring holes err to the same side, and less is added at high frequencies. White noise is so put back to what it
-was (the estimate is then the mean); a random walk needs nothing put back. Runs of more than a few samples stay
-missing: segments that hold them are left out. The recording itself keeps its gaps.
+    t_ij = u_i(j - i) + u_j(i - j) - cov(e_i, e_j),     u_i(h) = cov(e_i, x_(i+h)) = R(h) - sum of a_ik R(h - k),
+
+whatever the spectrum and the weights. As the weights sum to 1, u depends on the differences of the samples alone, not
+on the variance of the slow noise, and is taken as 0 beyond the neighbours. White noise needs less put back than
+was missing, or a negative density: a mean over neighbours has what is slow in them twice. A random walk needs next
+to nothing. Runs of more than a few samples stay missing: segments that hold them are left out. The recording itself
+keeps its gaps.
 
 What is put back carries no information. Look at the density as the transform of the autocovariance: the pairs of
 samples that are h apart enter with the weight of their number. With p_h the part of them that is there (p_0 = p, the
@@ -20,7 +24,7 @@ the part w_h (w_0 = 1),
 
     w_h = p_h + pairs of which one sample or both are bridged, up to h = `_REACH`,                         (2)
 
-because the estimate of a missing sample is that autocovariance, and so is the covariance of two errors. With 2/nu the
+because the estimate of a missing sample, and what is put back, are made of that autocovariance. With 2/nu the
 relative variance of an ordinate of a whole record, l_0 = 1 and l_h = sqrt(2) cos(2 pi f h dt), the relative errors of
 the ordinates are so
 
@@ -33,8 +37,9 @@ is taken from differences, R(0) - D(h)/2, as slow noise needs it, and the sample
 own part is right for any pattern of holes: with the mean in their place, the covariance of the ordinates has no
 eigenvalue larger than p, that of the mean over all of them. With the common part that mean is known to p + 1/p - p =
 1/p: no better than the p n samples allow. One narrow bin is known to p^2, better than without holes, by a part that
-tells nothing. In other noise the white part alone, of density `Bridged.white`, is taken to do all this: slow noise is
-bridged with next to no error.
+tells nothing. At low frequencies, where a negative density is put back, a bin was measured with q times the noise of
+a whole record, q up to 1/p, and its own part is 2 q^2/nu. In other noise the white part alone, of density
+`Bridged.white`, is taken to do all this: slow noise is bridged with next to no error.
 
 References
 ----------
@@ -45,14 +50,13 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.lazy_dataclasses import dataclass
-from allanite.quantities.sums import sum_of_products
 
 __all__ = ["Bridge", "Bridged"]
 
@@ -75,8 +79,7 @@ class Bridged:
     Attributes
     ----------
     lacking : tuple of float
-        Autocovariance of the errors of eq. (1), from distance 0, a sample of the record on average, times dt: unit of
-        the density.
+        Sums of t_ij of eq. (1) by distance, from 0, a sample of the record on average, times dt: unit of the density.
     share : float
         Bridged samples over all samples.
     dt : float [s]
@@ -86,6 +89,8 @@ class Bridged:
         common. Empty where that does not count.
     coupling : float
         Variance of a mean over all frequencies that holes at random places add to that of its bins, likewise.
+    white : float
+        Density of the part of the record that the neighbours of a missing sample do not tell, as if it were white.
     """
 
     lacking: tuple[float, ...] = ()
@@ -93,29 +98,16 @@ class Bridged:
     dt: float = 1.0
     errors: tuple[tuple[float, ...], ...] = ()
     coupling: float = 0.0
+    white: float = 0.0
 
     def put_back(self, frequency: ArrayLike) -> Array:
-        """Density that was added, in the unit of the density; shape of `frequency` [Hz]."""
-        f = np.asarray(frequency, dtype=np.float64)
-        total = np.zeros_like(f)
-        for h, part in enumerate(self.lacking):
-            total += (2 if h else 1) * part * np.cos(2 * np.pi * h * self.dt * f)
-        return np.maximum(total, 0.0)
-
-    @property
-    def white(self) -> float:
-        """Density of the part of the record that the neighbours of a missing sample do not tell, as if it were white.
-
-        A mean of logarithms over all frequencies, as the error of a prediction has it.
-        """
-        if not self.share > 0:
-            return 0.0
-        back = self.put_back(np.linspace(0.0, 0.5 / self.dt, 65))
-        return float(np.exp(np.log(np.maximum(back, _LEAST * self.lacking[0])).mean())) / self.share
+        """Density that was added, negative or not, in the unit of the density; shape of `frequency` [Hz]."""
+        return _transform(self.lacking, 2 * np.pi * self.dt * np.asarray(frequency, dtype=np.float64))
 
     def own_part(self, density: ArrayLike, frequency: ArrayLike) -> Array:
-        """Variance of densities but for the common errors, at most, over that without holes: p for white noise."""
-        return np.asarray(1 - np.minimum(_over(self.put_back(frequency), density), self.share))
+        """Variance of densities but for the common errors, at most, over that without holes: q^2, or p, of eq. (3)."""
+        measured = 1 - _over(self.put_back(frequency), density)
+        return np.asarray(np.maximum(measured, 1 - self.share) * np.maximum(measured, 1.0))
 
     def common(self, density: ArrayLike, below: ArrayLike, above: ArrayLike) -> Array:
         """Loadings of independent errors of unit variance that all densities have in common, relative to them.
@@ -142,7 +134,16 @@ class Bridged:
 
     def scaled(self, factor: float) -> Bridged:
         """The same for a density times a factor."""
-        return replace(self, lacking=tuple(part * factor for part in self.lacking))
+        lacking = tuple(part * factor for part in self.lacking)
+        return replace(self, lacking=lacking, white=self.white * factor)
+
+
+def _transform(by_distance: Iterable[float], turn: Array) -> Array:
+    """Sum over both signs of the distance, of angles [rad a sample]."""
+    total = np.zeros_like(turn)
+    for h, part in enumerate(by_distance):
+        total += (2 if h else 1) * part * np.cos(h * turn)
+    return total
 
 
 def _over(part: ArrayLike, density: ArrayLike) -> Array:
@@ -154,19 +155,20 @@ class Bridge:
     """Bridges short runs of missing samples in a stream of blocks, and counts what that takes off the variance."""
 
     def __init__(self) -> None:
-        self._lacking = np.zeros(_REACH + 1)  # sums of cov(e_i, e_i+h)
+        self._lacking = np.zeros(2 * _REACH + 1)  # sums of t_ij
+        self._erring = np.zeros(2 * _REACH + 1)  # of cov(e_i, e_j)
         self._samples = self._filled = 0
         self._pairs = np.zeros((2, _REACH + 1))  # by distance: both there, and one or both bridged
         self._shared = np.zeros((_REACH, _REACH))  # sums of c_ih c_ik
 
     @property
     def lacking(self) -> Array:
-        """Autocovariance of the errors from distance 0, averaged over all samples: a density at dt = 1."""
+        """What is put back, by distance from 0, averaged over all samples: a density at dt = 1."""
         return np.asarray(self._lacking / max(self._samples, 1))
 
     def account(self, dt: float, count: int) -> Bridged:
         """What to put back into the density of `count` samples of interval dt."""
-        if not self._lacking[0] > 0 or not count:
+        if not self._erring[0] > 0 or not count:
             return Bridged(dt=dt)
         return Bridged(
             lacking=tuple((self.lacking * dt).tolist()),
@@ -178,7 +180,13 @@ class Bridge:
             * (1 - self._filled / self._samples)
             * 2
             / min(count, self._samples),
+            white=self._white() * dt,
         )
+
+    def _white(self) -> float:
+        """Density of the errors at dt = 1 over their share of the samples: a mean of logarithms, as of predictions."""
+        density = _transform(self._erring, np.linspace(0.0, np.pi, 65))
+        return float(np.exp(np.log(np.maximum(density, _LEAST * self._erring[0])).mean())) / self._filled
 
     def _errors(self, n: int) -> tuple[tuple[float, ...], ...]:
         """Root of C in eq. (3), for a density of n samples."""
@@ -209,7 +217,9 @@ class Bridge:
         for count, places in _batches(short):
             value, shares = _expected(block - level, ~missing, places, covariance)
             out[places[:count]] = value[:count] + level
-            self._lacking += _lacking(places, shares, count, covariance)
+            tracking, erring = _unknown(places, shares, count, covariance)
+            self._erring += erring
+            self._lacking += tracking - erring
         return out
 
     def _count_complete(self, n_samples: int) -> None:
@@ -239,7 +249,7 @@ def _batches(places: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]
     """How many places are those of the batch, and these with the ones that follow within reach."""
     for first in range(0, len(places), _BATCH):
         size = min(_BATCH, len(places) - first)
-        yield size, places[first : first + size + _REACH]
+        yield size, places[first : first + size + 2 * _REACH]
 
 
 def _short(missing: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -252,14 +262,17 @@ def _short(missing: NDArray[np.bool_]) -> NDArray[np.int64]:
 
 
 def _autocovariance(values: Array, present: NDArray[np.bool_]) -> Array:
-    """R(0) about the mean of the block, and R(h) = R(0) - D(h)/2 by mean squared differences D: no cancellation."""
-    whole = sum_of_products(values, values) / max(int(present.sum()), 1)
-    covariance = [whole]
-    for h in range(1, 3 * _REACH + 1):
+    """R(h) = R(0) - D(h)/2 by mean squared differences D: no cancellation. R(0) is that of the largest of them.
+
+    More variance would be that of noise which is slower than the neighbours are far: it drops out.
+    """
+    apart = [0.0]
+    for h in range(1, 2 * _REACH + 1):
         both = present[h:] & present[:-h]
-        apart = float(np.sum(np.where(both, values[h:] - values[:-h], 0.0) ** 2)) / max(int(both.sum()), 1)
-        covariance.append(whole - apart / 2)
-    return _definite(np.array(covariance))
+        apart.append(
+            float(np.sum(np.where(both, values[h:] - values[:-h], 0.0) ** 2)) / max(int(both.sum()), 1)
+        )
+    return _definite((max(apart) - np.array(apart)) / 2)
 
 
 def _definite(covariance: Array) -> Array:
@@ -282,34 +295,41 @@ _OFFSETS = np.concatenate([np.arange(-_REACH, 0), np.arange(1, _REACH + 1)])
 def _expected(
     values: Array, present: NDArray[np.bool_], places: NDArray[np.int64], covariance: Array
 ) -> tuple[Array, Array]:
-    """Best linear estimate of the samples at `places` from those around, and the weights of these, by `_OFFSETS`."""
+    """Best estimate of the samples at `places` from those around, by weights that sum to 1; these, by `_OFFSETS`."""
     near = places[:, None] + _OFFSETS
     inside = (near >= 0) & (near < len(values))
     near = np.clip(near, 0, len(values) - 1)
     there = inside & present[near]
-    matrix = np.where(there[:, :, None] & there[:, None, :], _between(covariance, 0), 0.0)
+    matrix = np.where(there[:, :, None] & there[:, None, :], covariance[_BETWEEN], 0.0)
     diagonal = np.arange(len(_OFFSETS))
     matrix[:, diagonal, diagonal] = covariance[0] * (1 + _RIDGE) or 1.0
     target = np.where(there, covariance[np.abs(_OFFSETS)], 0.0)
-    shares = np.linalg.solve(matrix, target[:, :, None])[:, :, 0]
+    solved = np.linalg.solve(matrix, np.stack([target, there.astype(np.float64)], axis=2))
+    known, level = solved.sum(axis=1, where=there[:, :, None]).T
+    shares = solved[:, :, 0] + ((1 - known) / level)[:, None] * solved[:, :, 1]  # they sum to 1
     return np.sum(shares * np.where(there, values[near], 0.0), axis=1), shares
 
 
-def _between(covariance: Array, apart: int) -> Array:
-    """Covariance of the neighbours of a place (rows) with those of the place so many samples on (columns)."""
-    return np.asarray(covariance[np.abs(np.subtract.outer(_OFFSETS, _OFFSETS + apart))])
+_BETWEEN = np.abs(np.subtract.outer(_OFFSETS, _OFFSETS))
+_WITHIN = np.arange(-_REACH, _REACH + 1)  # distances at which an error may be correlated with a sample
 
 
-def _lacking(places: NDArray[np.int64], shares: Array, count: int, covariance: Array) -> Array:
-    """Sum over the first `count` places of cov(e_i, e_i+h), h = 0 ... `_REACH`; e is a sample less its estimate."""
-    total = np.zeros(_REACH + 1)
-    for h in range(_REACH + 1):
+def _unknown(places: NDArray[np.int64], shares: Array, count: int, covariance: Array) -> tuple[Array, Array]:
+    """Sums over the first `count` places of u_i(h) + u_i(-h) and of cov(e_i, e_i+h), h = 0 ... 2 `_REACH`.
+
+    cov(e_i, e_j) = u_i(j - i) - sum of a_jk u_i(j - i + k), as in eq. (1).
+    """
+    u = covariance[np.abs(_WITHIN)] - shares @ covariance[np.abs(_OFFSETS[:, None] - _WITHIN)]
+    u = np.pad(u, ((0, 0), (2 * _REACH, 2 * _REACH)))
+    tracking, erring = np.zeros((2, 2 * _REACH + 1))
+    middle = u.shape[1] // 2
+    for h in range(len(erring)):
         i = np.arange(count)
         j = np.searchsorted(places, places[:count] + h)
         both = j < len(places)
         both[both] = places[j[both]] == places[i[both]] + h
-        a, b = shares[i[both]], shares[j[both]]
-        mixed = np.sum((a @ _between(covariance, h)) * b, axis=1)
-        known = a @ covariance[np.abs(_OFFSETS - h)] + b @ covariance[np.abs(_OFFSETS + h)]
-        total[h] = float(np.sum(covariance[h] - known + mixed))
-    return np.concatenate([np.maximum(total[:1], 0.0), total[1:]])
+        first, second = i[both], j[both]
+        known = np.sum(shares[second] * u[first][:, middle + h + _OFFSETS], axis=1)
+        erring[h] = float(np.sum(u[first, middle + h] - known))
+        tracking[h] = float(np.sum(u[:count, [middle - h, middle + h]]))
+    return tracking, np.concatenate([np.maximum(erring[:1], 0.0), erring[1:]])
