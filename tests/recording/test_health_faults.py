@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -748,3 +748,36 @@ def test_b2_overload_words_of_a_text_log(rng: np.random.Generator) -> None:
 def test_notes_of_another_shape_are_no_crash(rng: np.random.Generator) -> None:
     recording = replace(record(white(rng, 5000) + BIAS), notes={"timebase": None, "text": "odd", "source": 3})
     assert check(recording) == ()
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.8])
+def test_samples_lost_at_random_do_no_harm_without_averages(noise: np.ndarray, share: float) -> None:
+    noise[np.random.default_rng(4).random(N) < share] = np.nan
+    lost = Recording.from_rate(noise, rate=100.0, unit="rad/s")
+    findings = check(lost)
+    [broken] = [f for f in findings if f.code == "broken_up"]
+    assert broken.severity is Severity.FATAL
+    assert "--method likelihood" in broken.advice and "--repair" not in broken.advice
+    with pytest.raises(DataQualityError, match="broken_up"):
+        prepare(lost, findings)
+    ready, seen = prepare(lost, findings, by_averages=False)
+    assert ready.n_samples == N
+    assert [f.severity for f in seen if f.code == "broken_up"] == [Severity.WARNING]
+
+
+@pytest.mark.parametrize(
+    "there",
+    [
+        pytest.param(lambda i: i % 4 == 2, id="every fourth row"),
+        pytest.param(lambda i: i % 4 < 3, id="all but every fourth row"),
+        pytest.param(lambda i: np.diff(np.floor(0.37 * i), prepend=0) > 0, id="a slower clock"),
+        pytest.param(lambda i: np.isin(i, np.round(i / 0.21 + np.sin(i))), id="a slower clock that wavers"),
+        pytest.param(lambda i: np.diff(np.floor(0.73 * i), prepend=0) > 0, id="a clock nearly as fast"),
+    ],
+)
+def test_values_of_a_slower_sensor_are_refused_in_any_analysis(
+    noise: np.ndarray, there: Callable[[np.ndarray], np.ndarray]
+) -> None:
+    shared = Recording.from_rate(np.where(there(np.arange(N)), noise, np.nan), rate=100.0, unit="rad/s")
+    with pytest.raises(DataQualityError, match="broken_up"):
+        prepare(shared, check(shared), by_averages=False)

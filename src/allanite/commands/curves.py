@@ -128,7 +128,7 @@ def fit_file(
     if method == "moments":
         study = study_of(place, accept=accept, floor=floor, progress=progress, **options)
         return FittedModels(channels=study.channels, lossy=is_lossy(f.to_json() for f in study.findings))
-    prepared, findings = ready_log(place, accept=accept, **options)
+    prepared, findings = ready_log(place, accept=accept, by_averages=not of_samples, **options)
     if of_samples:
         asked: dict[str, Any] = {} if lines is None else {"lines": lines}
         # Of a single channel that lost nothing a second look would find the same.

@@ -207,7 +207,7 @@ class Command:
         command: str | None,
         source: str | None,
         progress: Advance | None,
-        **options: object,
+        **options: Any,
     ) -> MeasurementResult:
         """Read a log, refuse its faults, and make the result of what is left."""
         from allanite.commands.measurement import MeasurementResult, origin_of

@@ -81,7 +81,7 @@ def filter_of(
     if noise is None:
         raise InputError("a filter needs the noise model of the sensor: --model")
     try:
-        ready, findings = prepare(recording, check(recording), accept=accept)
+        ready, findings = prepare(recording, check(recording), accept=accept, by_averages=False)
     except DataQualityError as error:
         raise _refused(recording, channel, error) from None
     filtered = filter_recording(

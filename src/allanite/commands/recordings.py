@@ -175,6 +175,7 @@ def ready_log(
     *,
     accept: Collection[str] = (),
     judged_elsewhere: Collection[str] = (),
+    by_averages: bool = True,
     source: str | None = None,
     progress: Callable[[float, str], None] | None = None,
     **options: Any,
@@ -187,6 +188,8 @@ def ready_log(
         Codes of fatal findings to go on in spite of.
     judged_elsewhere : collection of str
         Codes of findings that the measurement comes to itself.
+    by_averages : bool
+        See `prepare`.
     **options
         Those of `read_part`.
 
@@ -201,7 +204,12 @@ def ready_log(
     advance(0.0, "reading")
     recording = read_part(log, source=source, **options)
     findings = check(recording, progress=lambda fraction: advance(fraction, "looking for faults"))
-    return prepare(recording, [f for f in findings if f.code not in judged_elsewhere], accept=accept)
+    return prepare(
+        recording,
+        [f for f in findings if f.code not in judged_elsewhere],
+        accept=accept,
+        by_averages=by_averages,
+    )
 
 
 def noise_channels(recording: Recording) -> list[str]:

@@ -49,6 +49,7 @@ def selection_of(
     ready, findings = ready_log(
         log,
         accept=accept,
+        by_averages=False,
         source=source,
         progress=lambda fraction, what: advance(0.2 * fraction, what),
         **options,

@@ -122,7 +122,7 @@ def channel_study(
         spectrum=lines.spectrum,
         slopes=slopes,
         no_slopes=no_slopes,
-        advice=_advice(curves.shown, fitted.models, recording[name]) if below is None else (),
+        advice=_advice(curves, fitted.models, request) if below is None else (),
         environment=None if environment is None else environment.facts,
         aliasing=_aliasing(recording[name], recording.dt),
         held=held_samples(recording),
@@ -297,13 +297,24 @@ def _slopes(curve: AllanCurve, excluded: ArrayLike) -> tuple[tuple[SlopeReading,
     ), ""
 
 
-def _advice(shown: AllanCurve, models: Sequence[NoiseModel], channel: Channel) -> tuple[Advice, ...]:
-    """How long to average; of an instrument's noise beside it, it would be another."""
+def _advice(curves: Curves, models: Sequence[NoiseModel], request: Request) -> tuple[Advice, ...]:
+    """How long to record; of an instrument's noise beside it, it would be another.
+
+    Where gaps end the curve early, it would in a longer record too.
+    """
     from allanite.fitting.advice import advise
 
-    if not models:
+    shown = curves.shown
+    if not models or (request.method == "moments" and _ends_early(curves.fitted)):
         return ()
-    return advise(models[0], n_samples=shown.n_samples, dt=shown.dt, sampling=channel.sampling)
+    sampling = curves.recording[curves.name].sampling
+    return advise(models[0], n_samples=shown.n_samples, dt=shown.dt, sampling=sampling)
+
+
+def _ends_early(curve: AllanCurve) -> bool:
+    """Gaps leave no average at the longest lags, by two octaves or more."""
+    there = curve.lags[curve.count[:, 0] > 0]
+    return len(curve.missing[0]) > 0 and 4 * int(there.max(initial=1)) <= int(curve.lags[-1])
 
 
 # -- facts -------------------------------------------------------------------------------------------------

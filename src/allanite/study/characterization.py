@@ -152,11 +152,17 @@ class _Ready:
 
 def _without_faults(recording: Recording, request: Request, report: ProgressSteps) -> _Ready:
     findings = check(recording, progress=report.part(0.0, 0.25))
-    prepared, findings = prepare(recording, findings, accept=request.accept)
+    prepared, findings = _prepared(recording, findings, request)
     names = [c.name for c in prepared.channels if c.kind.noise_bearing and c.name not in request.thermometers]
     if not names:
         raise without_noise(prepared)
     return _Ready(recording=prepared, noise=prepared.select(*names), findings=findings, environment={})
+
+
+def _prepared(
+    recording: Recording, findings: Sequence[Finding], request: Request
+) -> tuple[Recording, tuple[Finding, ...]]:
+    return prepare(recording, findings, accept=request.accept, by_averages=request.method != "likelihood")
 
 
 def _without_environment(recording: Recording, ready: _Ready, request: Request) -> _Ready:
@@ -172,7 +178,7 @@ def _without_environment(recording: Recording, ready: _Ready, request: Request) 
     last = max((w.cut or 0.0 for w in (cuts or {}).values()), default=0.0)
     if last > 0:
         after_warm_up = recording.window(last)
-        prepared, findings = prepare(after_warm_up, check(after_warm_up), accept=request.accept)
+        prepared, findings = _prepared(after_warm_up, check(after_warm_up), request)
     freed = free_of_environment(
         prepared,
         warm_up=request.warm_up,

@@ -408,7 +408,10 @@ def _longer(study: Study) -> Iterator[PageBlock]:
     every = [(channel, each) for channel in study.channels for each in channel.advice]
     asked = [(channel, each) for channel, each in every if not each.reached]
     finite = [(each.duration, c.name, each.text) for c, each in asked if math.isfinite(each.duration)]
-    if finite:
+    scattered = [f for f in study.findings if f.code == "missing" and not f.advice.startswith("none needed")]
+    if scattered:
+        yield Text(sentence(f"Next: gaps end the curve early: {scattered[0].advice}"), brief=True)
+    elif finite:
         _, name, text = min(finite)
         yield Text(sentence(f"Next: {name}: {text}"), brief=True)
     rows = [

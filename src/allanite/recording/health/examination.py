@@ -347,7 +347,11 @@ def _quiet_part(recording: Recording, moving: Sequence[Finding]) -> str | None:
 
 
 def prepare(
-    recording: Recording, findings: Sequence[Finding], *, accept: Collection[str] = ()
+    recording: Recording,
+    findings: Sequence[Finding],
+    *,
+    accept: Collection[str] = (),
+    by_averages: bool = True,
 ) -> tuple[Recording, tuple[Finding, ...]]:
     """The recording as it may be analysed: refused, or with the samples that findings exclude left out.
 
@@ -357,6 +361,8 @@ def prepare(
         What `check` said about this recording.
     accept : collection of str
         Codes of fatal findings to go on in spite of.
+    by_averages : bool
+        The analysis needs averages over unbroken stretches. If not, samples missing at random do no harm.
 
     Returns
     -------
@@ -378,6 +384,9 @@ def prepare(
         raise InputError(
             f"no finding named {', '.join(map(repr, unknown))}; there are: {', '.join(CATALOGUE)}"
         )
+    if not by_averages:
+        lost = ("missing", "broken_up")
+        findings = [f.harmless() if f.code in lost and values.scattered(f.spans) else f for f in findings]
     fatal = [f for f in findings if f.severity is Severity.FATAL and f.code not in accept]
     if fatal:
         raise DataQualityError(_refusal(recording, fatal), tuple(fatal))

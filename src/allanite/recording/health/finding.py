@@ -99,6 +99,11 @@ class Finding:
         """The same finding with another advice; the repair that answers it stays."""
         return replace(self, advice=_with_repair(advice, CATALOGUE[self.code].repair))
 
+    def harmless(self) -> Finding:
+        """The same finding for an analysis that does without what is lacking: at most a warning, and nothing to do."""
+        severity = Severity.WARNING if self.severity is Severity.FATAL else self.severity
+        return replace(self, severity=severity, advice="none needed")
+
     def accept(self) -> Finding:
         """The same finding, accepted."""
         return replace(self, accepted=True)

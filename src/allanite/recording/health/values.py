@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from allanite.quantities.distributions import normal_quantile
 from allanite.recording.health.finding import Finding, Severity, finding, percent, plural
@@ -26,6 +26,7 @@ __all__ = [
     "only_grows",
     "overload",
     "saturated",
+    "scattered",
     "spans_equal",
     "too_short",
 ]
@@ -36,6 +37,13 @@ Spans = NDArray[np.int64]
 MINIMUM = 32
 #: Share of unusable samples beyond which the rest is not trusted either.
 TOLERATED = 1e-3
+#: The longest average is this part of the record, at least, unless gaps shorten it much.
+SHORT = 16
+#: What to do where samples are missing everywhere.
+BY_SAMPLES = "use what needs no unbroken stretches: allanite characterize LOG --method likelihood"
+#: Gaps from which on a pattern can be told from none; and the standard deviation over the mean of their lengths, or of
+#: the lengths between them: the larger is 0.7 to 1 at random.
+FEWEST_GAPS, SCATTERED = 8, 0.5
 #: Share of the steps that have one sign, or are one and the same, in what only grows; and of those that are not 0.
 ONE_WAY, COUNTS_ON, MOVES = 0.98, 0.9, 0.5
 #: Distinct values from which on the end of a range can be told from the step of the values.
@@ -81,6 +89,7 @@ def missing(survey: ChannelSurvey) -> Iterator[Finding]:
         return
     if survey.missing:
         share = survey.missing / survey.n_samples
+        short = survey.unbroken * SHORT < survey.present and scattered(survey.missing_spans)
         yield finding(
             "missing",
             f"{survey.missing} of {plural(survey.n_samples, 'sample')} missing ({percent(share)}) "
@@ -90,14 +99,15 @@ def missing(survey: ChannelSurvey) -> Iterator[Finding]:
             channel=survey.name,
             spans=survey.missing_spans,
             count=survey.missing,
+            advice=BY_SAMPLES if short else None,
         )
 
 
 def _broken_up(survey: ChannelSurvey) -> Finding:
-    spacing = every(survey)
-    pattern = f": there is a value every {spacing} rows" if spacing else ""
-    advice = None
+    spacing, at_random, pattern = every(survey), scattered(survey.missing_spans), ""
+    advice = BY_SAMPLES if at_random else None
     if spacing:
+        pattern = f": there is a value every {spacing} rows"
         advice = f"keep the rows with a value and pass their rate, {survey.recording.rate / spacing:.6g} Hz"
     return finding(
         "broken_up",
@@ -107,7 +117,18 @@ def _broken_up(survey: ChannelSurvey) -> Finding:
         spans=survey.missing_spans,
         count=survey.missing,
         advice=advice,
+        repaired=not at_random,
     )
+
+
+def scattered(missing: ArrayLike) -> bool:
+    """Missing at random: lengths of runs scatter as much as their mean.
+
+    Rows that several sensors share, or a slower one, miss values at distances that differ little.
+    """
+    starts, stops = np.asarray(missing).reshape(-1, 2).T
+    runs = (stops - starts, starts[1:] - stops[:-1])
+    return len(starts) > FEWEST_GAPS and any(float(r.std()) > SCATTERED * float(r.mean()) for r in runs)
 
 
 def every(survey: ChannelSurvey) -> int | None:

@@ -39,7 +39,7 @@ SAMPLES: dict[str, FindingKind] = {
         severity="fatal",
         means="no stretch without a missing sample is long enough; often two sensors share the rows of one log",
         risk="almost no average fits between the gaps, so the curve rests on a few samples or is empty",
-        done="refused",
+        done="refused; not by likelihood, `filter` and `select` if samples were lost at random",
         advice="if there is a value in every k-th row, keep these rows",
         repair="split_interleaved",
     ),
