@@ -201,10 +201,9 @@ def _bias(bias: Bias) -> tuple[str, str, str, str]:
     if not math.isfinite(bias.value + bias.sd):
         return "–", "–", before, "not separable from the Earth"
     value, sd = bias.value / DEG_H, bias.sd / DEG_H
-    by = "partly by the record" if bias.sd < _PARTLY * bias.before else "not by the record"
-    if bias.separable:
-        by = "by the record"
-    return interval(value, value - sd, value + sd)[0], number(sd, 2), before, by
+    by = "record and latitude" if bias.by_latitude else "the record"
+    known = "by" if bias.separable else "partly by" if bias.sd < _PARTLY * bias.before else "not by"
+    return interval(value, value - sd, value + sd)[0], number(sd, 2), before, f"{known} {by}"
 
 
 def _degrees(value: float, decimals: int) -> str:

@@ -19,6 +19,7 @@ One stand cannot tell e from a bias. Turning about the vertical can.
 ``rotation``     a unit that turns all the time: ``spin`` reads it, ``modulation`` is what turning modulates.
 ``directions``   from e to headings, their arcs and their budget, at the end and as the record grows.
 ``questions``    checks of the residuals; ``judgement`` what may be said.
+``latitude``     the latitude that the rotation means, without the given one.
 ``verdict``, ``checks``, ``words``  codes, questions, sentences.
 ``coarse``       TRIAD, QUEST, and the plain mean of the beginning.
 ``prediction``   predict_alignment: the standard deviations of a plan, without a sample.

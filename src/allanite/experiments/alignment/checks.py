@@ -27,14 +27,17 @@ class AlignmentCheck(CheckResult):
     ----------
     kind : AlignmentCheckKind
         "size" of the noise, "scatter of the stands", "vertical rate", "gravity", "turns against gravity"; of a rotation
-        "scatter across the axis", "constancy" of the Earth's rotation.
+        "scatter across the axis", "constancy" of the Earth's rotation; of several attitudes "latitude".
     value : float [m/s^2] or [rad]
-        Of gravity how far the accelerometers are off it; of the turns how far gravity is from where they lead; NaN of
-        the others.
+        Of gravity how far the accelerometers are off it; of the turns how far gravity is from where they lead; the
+        measured latitude; NaN of the others.
+    given : float [rad]
+        The latitude that was given; NaN of the others.
     """
 
     kind: AlignmentCheckKind
     value: float = math.nan
+    given: float = math.nan
 
     @property
     def name(self) -> str:
@@ -73,4 +76,10 @@ class AlignmentCheck(CheckResult):
                 return (
                     "the Earth's rotation appears to grow during the record: the axis of rotation moved relative to "
                     "the ground"
+                )
+            case AlignmentCheckKind.LATITUDE:
+                measured, given = (math.degrees(x) for x in (self.value, self.given))
+                return (
+                    f"the angle between gravity and the measured rotation means a latitude of {measured:.2f} deg, not "
+                    f"{given:.2f}: check the latitude, its sign, the gyro axes and the leveling"
                 )

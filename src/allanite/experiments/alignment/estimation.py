@@ -27,6 +27,7 @@ from allanite.experiments.alignment.frame import AlignmentSetting, UnitFrame, fr
 from allanite.experiments.alignment.geometry import angles_of_down
 from allanite.experiments.alignment.judgement import CERTAIN, SMALL_BIAS, judge
 from allanite.experiments.alignment.known import Sensors, bias_sds, knowledge_of, uncertain
+from allanite.experiments.alignment.latitude import latitude_distance, measured_latitude
 from allanite.experiments.alignment.questions import (
     gravity_of_stands,
     questions,
@@ -34,7 +35,6 @@ from allanite.experiments.alignment.questions import (
     tilt_of_turns,
 )
 from allanite.experiments.alignment.results import (
-    UNSEEN_LATITUDE,
     AlignmentEstimate,
     Bias,
     Mode,
@@ -43,6 +43,7 @@ from allanite.experiments.alignment.results import (
 )
 from allanite.experiments.alignment.solution import AlignmentSolution, Knowledge, solve
 from allanite.experiments.alignment.turns import calibrated
+from allanite.experiments.alignment.verdict import AlignmentCheckKind
 from allanite.experiments.north.circle import half_width, seen_from
 from allanite.experiments.static_spans import StaticSpans
 from allanite.lazy_dataclasses import dataclass
@@ -50,7 +51,7 @@ from allanite.noise import NoiseModel
 from allanite.quantities.distributions import student_quantile
 from allanite.quantities.earth import EARTH_RATE, checked_latitude, normal_gravity
 from allanite.quantities.quantity import Quantity
-from allanite.quantities.residual_tests import grave, inflation_of
+from allanite.quantities.residual_tests import alarm, grave, inflation_of
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.recording.records import BLOCK, Kind, Recording
@@ -67,6 +68,8 @@ BEYOND_BIAS = math.radians(5.0)
 TOLD_APART = math.radians(10.0)
 #: The biases turn what the record tells of them by this part of what was known, or less: it determines them.
 SEPARABLE = 0.5
+#: An axis shows the vertical rate from this part on of what the most upright one shows of it.
+UPRIGHT = 0.1
 
 
 def align(
@@ -278,6 +281,8 @@ def _aligned(recording: Recording, case: Case, setting: AlignmentSetting, times:
     fit = _fitted(case, setting)
     solution, confidence, inflation = fit.solution, setting.confidence, fit.inflation
     (first, last), direction = fit.ends, fit.last_direction
+    alone = _any_vertical(case, setting, fit)
+    latitude, latitude_sd, of_latitude = _latitude(case, setting, alone)
     bare = AlignmentEstimate(
         last=last.attitude,
         first=first.attitude,
@@ -292,16 +297,17 @@ def _aligned(recording: Recording, case: Case, setting: AlignmentSetting, times:
         expected_rate=EARTH_RATE * math.cos(setting.frame.latitude),
         signal_to_noise=direction.signal_to_noise,
         running=running_of(case, solution, last, times, confidence, inflation, setting.stated.heading),
-        biases=_biases(case, solution, fit.sensors),
+        measured_latitude=latitude,
+        latitude_sd=latitude_sd,
+        biases=_biases(case, solution, fit.sensors, alone),
         budget=last.budget,
         apparent_rate=float(np.linalg.norm(_true_rate(case, solution, 0, bias=False))),
         apparent_bias=fit.bias,
-        checks=fit.checks,
+        checks=(*of_latitude, *fit.checks),
         lost=case.lost,
         other_channels=setting.other_channels,
         stands=_stands(case, solution, case.extents()),
         spans=tuple((float(a), float(b)) for a, b in case.spans / recording.rate),
-        **_latitude(case, setting, fit.sensors, solution, inflation),
         **_facts(recording, case, setting),
     )
     bare = _beside(bare, recording, case, solution, setting)
@@ -433,24 +439,30 @@ def _apparent_bias(case: Case, setting: AlignmentSetting) -> float:
     return float(np.sqrt(np.mean(np.square(apart))))
 
 
-def _latitude(
-    case: Case, setting: AlignmentSetting, sensors: Sensors, near: AlignmentSolution, inflation: float
-) -> dict[str, Any]:
-    """The latitude that the angle between the vertical and the rotation means."""
+def _any_vertical(case: Case, setting: AlignmentSetting, fit: _FittedAlignment) -> AlignmentSolution:
+    """The fit without the latitude: the vertical rate is one more unknown."""
     turns = uncertain(case.geometry.turns, case.turn_noise)
-    solution = _solve(case, setting, sensors, turns, "vertical", near=near.parameters)
+    return _solve(case, setting, fit.sensors, turns, "vertical", near=fit.solution.parameters)
 
-    def angle(p: Array) -> Array:
-        return np.arctan2(-p[..., 2:3], np.hypot(p[..., :1], p[..., 1:2]))
 
-    gradient = solution.gradient(angle)
-    variance = float(solution.covariance(gradient)[0, 0])
-    if not math.isfinite(variance):
-        return {"measured_latitude": UNSEEN_LATITUDE, "latitude_sd": math.inf}
-    latitude, sd = float(angle(solution.parameters)[0]), inflation * math.sqrt(variance)
-    half = half_width(setting.confidence) * sd
-    ends = max(latitude - half, -math.pi / 2), min(latitude + half, math.pi / 2)
-    return {"measured_latitude": Quantity.of(latitude, ends, "rad"), "latitude_sd": sd}
+def _latitude(
+    case: Case, setting: AlignmentSetting, alone: AlignmentSolution
+) -> tuple[Quantity, float, list[AlignmentCheck]]:
+    """The latitude that the rotation means, its standard deviation, and whether it is the one that was given.
+
+    One attitude is asked already: what its vertical rate is off by. The scatter that widens the set is that of the fit
+    without the latitude: a wrong one makes the stands scatter, and would hide itself.
+    """
+    one = case.geometry.n_stands == 1
+    inflation = inflation_of([*questions(case), *scatter_of_stands(case, alone, one)])
+    covariance = alone.covariance(alone.gradient(lambda p: p[..., :3])) * inflation**2
+    rate = alone.parameters[:3]
+    found, sd = measured_latitude(rate, covariance, setting.confidence)
+    if one or not found.resolved:
+        return found, sd, []
+    given = setting.frame.latitude
+    test = alarm("latitude", latitude_distance(rate, covariance, given, setting.stated.latitude), 1)
+    return found, sd, [AlignmentCheck.of(AlignmentCheckKind.LATITUDE, test, value=found.value, given=given)]
 
 
 def _true_rate(case: Case, solution: AlignmentSolution, stand: int, *, bias: bool = True) -> Array:
@@ -462,13 +474,20 @@ def _true_rate(case: Case, solution: AlignmentSolution, stand: int, *, bias: boo
     return errors.true(case.gyro.level[stand], force=force[stand])
 
 
-def _biases(case: Case, solution: AlignmentSolution, sensors: Sensors) -> dict[str, Bias]:
+def _biases(
+    case: Case, solution: AlignmentSolution, sensors: Sensors, alone: AlignmentSolution
+) -> dict[str, Bias]:
+    """Of the gyros; `alone` is the fit that is not told the latitude, and shows which biases rest on it."""
     layout, p = case.geometry.layout, solution.parameters
     at = layout.index("gyro.bias_")
-    gradient = solution.gradient(lambda q: q[..., at])
-    sds = np.sqrt(np.diag(solution.covariance(gradient)))
+    sds, without = (
+        np.sqrt(np.diag(fit.covariance(fit.gradient(lambda q: q[..., at])))) for fit in (solution, alone)
+    )
     before = bias_sds(sensors) if solution.knowledge.free.size == 2 else np.full(3, np.inf)
     across = _per_unit(case, solution)
+    upwards = _vertical_parts(case, solution)
+    upright = np.abs(upwards) > UPRIGHT * np.abs(upwards).max()
+    vertical = float(p[layout.index("vertical")][0])
     return {
         name: Bias(
             value=float(p[at[i]]) if math.isfinite(sds[i]) else math.nan,
@@ -476,9 +495,20 @@ def _biases(case: Case, solution: AlignmentSolution, sensors: Sensors) -> dict[s
             before=float(before[i]),
             separable=bool(sds[i] < SEPARABLE * before[i]) if before[i] > 0 else False,
             per_unit=float(across[i]),
+            by_latitude=bool(upright[i] and sds[i] < SEPARABLE * without[i]),
+            vertical=vertical * float(upwards[i]),
         )
         for i, name in enumerate(case.frame.gyro)
     }
+
+
+def _vertical_parts(case: Case, solution: AlignmentSolution) -> Array:
+    """What each gyro shows of a vertical rate of one, mean of the attitudes, shape (3,)."""
+    geometry, with_one, without = case.geometry, solution.parameters.copy(), solution.parameters.copy()
+    at = geometry.layout.index("vertical")
+    with_one[at], without[at] = EARTH_RATE, 0.0  # a step that rounding leaves alone
+    shown = geometry.gyros(with_one) - geometry.gyros(without)
+    return np.asarray(shown.reshape(-1, 3).mean(axis=0)) / EARTH_RATE
 
 
 def _per_unit(case: Case, solution: AlignmentSolution) -> Array:

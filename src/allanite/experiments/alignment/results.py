@@ -23,9 +23,10 @@ from allanite.experiments.north import Arc
 from allanite.experiments.reversals import PositionsApart
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
+from allanite.quantities.distributions import normal_quantile
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.quantity import Quantity, QuantityStatus
-from allanite.quantities.residual_tests import grave
+from allanite.quantities.residual_tests import SEEN, grave
 from allanite.quantities.result import Result
 
 __all__ = [
@@ -112,6 +113,11 @@ class Bias(Result):
         The turns tell it from the Earth: the record, and not what was known beforehand, determines it.
     per_unit : float [rad]
         What one unit more of it would add to the heading at the end if the bias were held at its value.
+    by_latitude : bool
+        The given latitude tells it from the Earth's vertical rate: without the latitude it is much less certain.
+    vertical : float
+        What the axis shows of the vertical rate that the latitude means, mean of the attitudes; NaN where an early
+        document does not have it.
     """
 
     value: float
@@ -119,6 +125,15 @@ class Bias(Result):
     before: float
     separable: bool
     per_unit: float
+    by_latitude: bool = False
+    vertical: float = math.nan
+
+    def mirrored(self, size: float) -> bool:
+        """Is it minus twice the vertical rate, to within the `size` of a bias here, and far from none at all?
+
+        The latitude of the other hemisphere makes that of a bias of zero, and so does an inverted axis.
+        """
+        return self.by_latitude and abs(self.value + 2 * self.vertical) <= size < abs(self.value) / SEEN
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -253,7 +268,8 @@ class AlignmentEstimate(Result):
         What is to be known or done, beside the checks that did not pass: "turn the unit", "calibrate the biases",
         "state the rotation", "rest longer and warm up", "record for longer", "turn faster", "question latitude and
         gyros", "state the biases"; "channels of the calibration" (see `other_channels`), "stretches left out" (`lost`),
-        "plain mean is wrong" (`naive`), "upside down" (`axes`), "state the headings" (`apart`).
+        "plain mean is wrong" (`naive`), "upside down" (`axes`), "state the headings" (`apart`), "perhaps the other
+        hemisphere" (`biases`).
     earth_rate : float [rad/s]
         The known rate of the Earth.
     verdict : AlignmentVerdict
@@ -540,8 +556,17 @@ class AlignmentEstimate(Result):
             yield AlignmentRemark.NAIVE, says
         if self.stands and all(math.cos(s.roll) * math.cos(s.pitch) < UPSIDE_DOWN for s in self.stands):
             yield AlignmentRemark.UPSIDE_DOWN, words.upside_down(self.axes)
+        for name, bias in self.biases.items():
+            if bias.mirrored(self._bias_size(bias)):
+                yield AlignmentRemark.MIRRORED, words.mirrored(name, bias.value, -2 * bias.vertical)
         if self.apart is not None and not self.apart.headed and self.apart.count > 1:
             yield AlignmentRemark.STATE_HEADINGS, words.HEADINGS[self.apart.rows]
+
+    def _bias_size(self, bias: Bias) -> float:
+        """How large a bias is here: half its interval, or what the axes show that do not need the latitude."""
+        half = normal_quantile(0.5 + 0.5 * self.confidence) * bias.sd
+        shown = (abs(b.value) for b in self.biases.values() if not b.by_latitude and math.isfinite(b.value))
+        return max(half, *shown, 0.0)
 
     @classmethod
     def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:

@@ -40,6 +40,7 @@ class AlignmentCheckKind(StrEnum):
     TURNS = "turns against gravity"
     ACROSS = "scatter across the axis"
     CONSTANCY = "constancy"
+    LATITUDE = "latitude"
 
 
 class AlignmentRemark(StrEnum):
@@ -58,3 +59,4 @@ class AlignmentRemark(StrEnum):
     NAIVE = "plain mean is wrong"
     UPSIDE_DOWN = "upside down"
     STATE_HEADINGS = "state the headings"
+    MIRRORED = "perhaps the other hemisphere"

@@ -19,6 +19,7 @@ __all__ = [
     "inseparable",
     "leaves",
     "lost",
+    "mirrored",
     "naive_is_wrong",
     "naive_moved",
     "naive_points_elsewhere",
@@ -203,3 +204,12 @@ def naive_points_elsewhere(heading: float, away: float) -> str:
 def upside_down(axes: str) -> str:
     """That the axes of the sensor may be other ones."""
     return f"the unit is upside down throughout: do its axes x, y, z point {axes} (--axes)?"
+
+
+def mirrored(name: str, bias: float, doubled: float) -> str:
+    """That a wrong sign, of the latitude or of the axis, may be the bias of a vertical gyro; it gives `doubled`."""
+    return (
+        f"the bias of {name}, {bias / DEG_H:.4g} deg/h, is close to {doubled / DEG_H:.4g} deg/h, minus twice the "
+        "Earth's vertical rate on this axis: an inverted gyro axis, or a latitude of the wrong sign, looks the same. "
+        "Check both; attitudes that tilt the axis tell them apart"
+    )
