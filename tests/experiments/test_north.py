@@ -33,6 +33,7 @@ from allanite.noise import GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.records import Recording
+from shell import Run
 
 DEG = math.pi / 180
 DEG_H = DEG / 3600
@@ -41,6 +42,8 @@ HORIZONTAL = EARTH_RATE * math.cos(LAT)
 QUIET = NoiseModel.of(White(N=0.001 * DEG / 60))
 #: So little that rounding shows.
 SILENT = NoiseModel.of(White(N=1e-14))
+#: Two axes, the second to the right of the first.
+RIGHT = {"x": 0.0, "y": math.pi / 2}
 QUARTERS = tuple(k * math.pi / 2 for k in range(4))
 
 
@@ -107,10 +110,44 @@ def test_e1_two_axes_in_two_positions() -> None:
     where = positions([0.0, math.pi], 50, 10.0)
     psi = 200.0 * DEG
     both = record(signal(where, psi) + 1e-3, signal(where, psi, math.pi / 2) - 2e-3, rate=10.0)
-    found = find_north(both, model=QUIET, latitude=LAT, positions=where, channels=["x", "y"])
+    found = find_north(both, model=QUIET, latitude=LAT, positions=where, channels=RIGHT)
     assert abs(math.degrees(apart(found.azimuth, psi))) < 1e-9
     assert found.biases["x"][0] == pytest.approx(1e-3, rel=1e-9)
     assert found.biases["y"][0] == pytest.approx(-2e-3, rel=1e-9)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("headings", [(0.0, math.pi), QUARTERS])
+def test_the_side_of_the_second_axis_is_asked_for_and_named(
+    run: Run, tmp_path: Path, side: str, headings: tuple[float, ...]
+) -> None:
+    """Of opposite positions the wrong side is the mirror image; others contradict it."""
+    where, psi = positions(headings, 200, 2.0, rounds=2), 77 * DEG
+    offset = math.pi / 2 if side == "right" else -math.pi / 2
+    made = record(
+        signal(where, psi) + noise(QUIET, where, 1),
+        signal(where, psi, offset) + noise(QUIET, where, 2),
+        rate=2.0,
+    )
+    al.write_recording(made, tmp_path / "two.parquet")
+    rows = [f"{p.start / 2},{p.stop / 2},{math.degrees(p.heading):.0f}" for p in where.positions]
+    (tmp_path / "p.csv").write_text("\n".join(["start,stop,heading", *rows, ""]), encoding="utf-8")
+    command = ["north", tmp_path / "two.parquet", "--headings", tmp_path / "p.csv"]
+    command += ["--model", "N=0.001 deg/√h", "--latitude", "45", "--dead-time", "0"]
+    asked = run(*command)
+    assert asked.code == 1
+    assert "--second-axis left" in asked.err
+    done = run(*command, "--second-axis", side, "--json")
+    assert done.code == 0, done.err
+    assert abs(apart(json.loads(done.out)["azimuth"], psi)) < 1 * DEG
+    words = run(*command, "--second-axis", side).out
+    assert f"The second axis, y, points to the {side} of x, seen from above" in " ".join(words.split())
+    other = json.loads(run(*command, "--second-axis", "left" if side == "right" else "right", "--json").out)
+    if len(headings) == 2:
+        assert abs(apart(other["azimuth"], -psi)) < 1 * DEG
+        assert other["verdict"] == "north found"
+    else:
+        assert other["verdict"] != "north found"
 
 
 def test_e1_a_skewed_pair_of_axes() -> None:
@@ -147,9 +184,7 @@ def test_e2_stated_sd_of_two_axes() -> None:
     where = positions(QUARTERS, 900, 1.0)
     psi = 0.7
     made = [signal(where, psi, o) + noise(QUIET, where, s) for s, o in enumerate((0.0, math.pi / 2))]
-    found = find_north(
-        record(*made, rate=1.0), model=QUIET, latitude=LAT, positions=where, channels=["x", "y"]
-    )
+    found = find_north(record(*made, rate=1.0), model=QUIET, latitude=LAT, positions=where, channels=RIGHT)
     assert math.degrees(found.sd) * 3600 == pytest.approx(19.393736, rel=1e-3)
     assert abs(apart(found.azimuth, psi)) < 4 * found.sd
 
@@ -356,7 +391,7 @@ def budget(**given: Any) -> dict[str, float]:
         model=SILENT,
         latitude=LAT,
         positions=where,
-        channels=["x", "y"],
+        channels=RIGHT,
         stated=SetupUncertainty(**given),
         misalignment=misalignment,
     ).budget
@@ -653,14 +688,14 @@ def test_axes_may_have_models_of_their_own() -> None:
     where = positions((0.0, math.pi), 60, 2.0, rounds=10)
     models = {"x": QUIET, "y": NoiseModel.of(White(N=0.01 * DEG / 60))}
     recording = record(signal(where, PSI), signal(where, PSI, math.pi / 2), rate=2.0)
-    found = find_north(recording, model=models, latitude=LAT, positions=where, channels=["x", "y"])
+    found = find_north(recording, model=models, latitude=LAT, positions=where, channels=RIGHT)
     own = 0.001 * DEG / 60 / math.sqrt(600.0) / HORIZONTAL
     assert found.sd == pytest.approx(own * math.hypot(math.sin(PSI), 10 * math.cos(PSI)), rel=1e-6)
 
 
 def test_results_are_plain_data() -> None:
     where = positions((0.0, math.pi), 60, 1.0)
-    for channels in ("x", ["x", "y"]):
+    for channels in ("x", RIGHT):
         recording = record(signal(where, 1.0), signal(where, 1.0, math.pi / 2), rate=1.0)
         found = find_north(recording, model=QUIET, latitude=LAT, positions=where, channels=channels)
         data = json.loads(json.dumps(found.to_json(), allow_nan=False))
@@ -683,6 +718,7 @@ FLAT = record(np.zeros(40), np.zeros(40), rate=1.0)
         ({"positions": positions((math.nan,), 40, 1.0)}, "no usable sample"),
         ({"channels": None}, "2 channels of rates"),
         ({"channels": ["x", "y", "x"]}, "3 axes need their headings"),
+        ({"channels": ["x", "y"]}, "if y points to the left of x"),
         ({"channels": {"x": math.inf}}, "must be finite"),
         ({"channels": "q"}, "q"),
         ({"model": {"y": QUIET}}, "no noise model for x"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -165,6 +165,7 @@ def north_of(
     sd_of: SdOf | None = None,
     rotation: float | None = None,
     heading_at_start: float = 0.0,
+    second_axis: str | None = None,
     null: bool = False,
     start: float | None = None,
     stop: float | None = None,
@@ -195,6 +196,8 @@ def north_of(
         See `means_of`.
     rotation, heading_at_start : float [rad/s], [rad]
         Of a table that turned all the time.
+    second_axis : "left" or "right", optional
+        Side of the first axis, seen from above, to which a second one points.
     null : bool
         Headings are from north, and those near east and west are compared.
     start, stop : float, optional [s]
@@ -205,7 +208,8 @@ def north_of(
     Raises
     ------
     InputError
-        None or several of positions in one log, in files of their own, and a rotation; more than two channels of rates.
+        None or several of positions in one log, in files of their own, and a rotation; more than two channels of rates;
+        two, and not the side of the second.
     """
     from allanite.experiments.north import Rotation, east_west_null, find_north
 
@@ -234,6 +238,7 @@ def north_of(
             by_file.recordings, list(positions.values()), between=between, dead_time=dead_time
         )
     channels = gyros_of(whole, most=1 if null else 2)
+    axes = _sided(channels, second_axis)
     models, where = models_for(model, [whole[name] for name in channels], model_channels, mapped=not null)
     if apart is None:
         part, placed = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
@@ -261,7 +266,7 @@ def north_of(
             model=models,
             positions=placed if rotation is None else None,
             rotation=None if rotation is None else Rotation(rate=rotation, start=heading_at_start),
-            channels=channels,
+            channels=axes,
             misalignment=misalignment,
             progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
             **known,
@@ -275,6 +280,29 @@ def north_of(
         files=None if by_file is None else headed(by_file, (positions or {}).values()),
         **origin_of(part, findings, log, command, channels[0]),
     )
+
+
+def _sided(channels: Sequence[str], side: str | None) -> dict[str, float]:
+    """Axes with their headings less that of the first [rad].
+
+    Raises
+    ------
+    InputError
+        A second axis and no side, or a side and no second axis.
+    """
+    first, *others = channels
+    if not others:
+        if side is not None:
+            raise InputError(f"--second-axis needs two channels of rates; the log has one, {first}")
+        return {first: 0.0}
+    (second,) = others
+    if side is None:
+        raise InputError(
+            f"two axes, {first} and {second}: state to which side of {first} the axis {second} points, seen from "
+            "above: --second-axis left (forward, left, up) or --second-axis right (forward, right, down). The wrong "
+            "side mirrors the azimuth"
+        )
+    return {first: 0.0, second: math.pi / 2 if side == "right" else -math.pi / 2}
 
 
 def _table_of(

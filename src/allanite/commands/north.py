@@ -29,7 +29,8 @@ NORTH = Command(
     details=(
         "LOG was recorded on a table that was turned. Headings are those of the first axis relative to a mark on the "
         "table; the result is the azimuth of the mark. One axis needs three positions around the circle; two axes "
-        'need two opposite positions. "No north" is a valid result.\n\n'
+        'need two opposite positions, and the side on which the second points (--second-axis). "No north" is a valid '
+        "result.\n\n"
         "With --null, LOG is one axis turned between east and west, where the Earth rate cancels. It shows whether a "
         "bias follows the turns. Its headings are measured from north."
     ),
@@ -43,6 +44,8 @@ NORTH = Command(
         *MEANS,
         option("deg/s", "--rotation", "Rate of a table that turned continuously, instead of positions.",
             detail="6deg/s"),
+        option("choice", "--second-axis", "Side of the first axis on which the second points, seen from above.",
+            choices=("left", "right")),
         option("flag", "--null", "Compare east with west, to detect a bias that follows the turns."),
         option("degrees", "--heading-at-start", "Heading of the first axis at the start of a rotation."),
         DEAD_TIME,
@@ -66,6 +69,7 @@ NORTH = Command(
             one="null", others=("rotation", "heading_at_start"),
             says="--null needs positions: --headings, with headings from north",
         ),
+        Conflict(one="null", others=("second_axis",), says="--second-axis is for north: --null has one axis"),
         Conflict(
             one="null", others=("misalignment",),
             says="--misalignment is for north: for --null, use --heading-uncertainty",

@@ -22,7 +22,7 @@ __all__ = ["view"]
 def view(document: ResultDocument[NorthEstimate]) -> Page:
     """The page of a search for north."""
     result = document.result
-    axes = ", ".join(f"{name} at {angle(heading)}" for name, heading in result.axes.items())
+    axes = ", ".join(f"{name} at {angle(heading)}{_side(heading)}" for name, heading in result.axes.items())
     return result_page(
         document,
         title=result.source or "North",
@@ -91,15 +91,35 @@ def _horizontal(result: NorthEstimate) -> tuple[str, str, str]:
     return middle, f"[{lower}, {upper}]", expected
 
 
-def _mirrored(result: NorthEstimate) -> str:
-    """Which way headings count, where nothing but that tells an azimuth from its mirror image.
+def _side(heading: float) -> str:
+    """Where an axis points, seen from the first; "" of that."""
+    across = math.sin(heading)
+    return "" if abs(across) < 1e-9 else " (right)" if across > 0 else " (left)"
 
-    A second axis would contradict headings that count the other way round; one axis fits either way.
+
+def _mirrored(result: NorthEstimate) -> str:
+    """Which way headings count and on which side a second axis is: the azimuth of the mirror image fits as well.
+
+    Opposite positions alone do not tell which way headings count. Others contradict one that is wrong by itself, not
+    both together.
     """
-    if len(result.axes) > 1:
-        return ""
-    what = "headings count" if result.rotation is None else "the rotation counts"
-    return f"{what} clockwise seen from above; with the opposite sense the azimuth is mirrored"
+    sense = "headings count clockwise" if result.rotation is None else "the rotation counts clockwise"
+    if len(result.axes) == 1:
+        return f"{sense} seen from above; with the opposite sense the azimuth is mirrored"
+    first, second, *_ = result.axes
+    side = "right" if math.sin(result.axes[second]) > 0 else "left"
+    points = f"the second axis, {second}, points to the {side} of {first}, seen from above"
+    if _on_a_line(result):
+        return f"{points}; if it points to the other side, the azimuth is mirrored"
+    return f"{points}, and {sense}; with both the other way round the azimuth is mirrored"
+
+
+def _on_a_line(result: NorthEstimate) -> bool:
+    """The table stood in opposite directions alone."""
+    if result.rotation is not None or result.reversals is None:
+        return False
+    headings = [d.heading for d in result.reversals.dwells if math.isfinite(d.heading)]
+    return all(abs(math.sin(h - headings[0])) < 1e-6 for h in headings)
 
 
 def _pictures(result: NorthEstimate) -> dict[str, tuple[str, str]]:

@@ -75,8 +75,8 @@ def find_north(
     rotation : Rotation, optional
         Continuous rotation of the table, in place of positions.
     channels : str, sequence of str, or mapping of str to float [rad]
-        Axes in the horizontal plane; of two without headings the second is 90 deg on (from north over east) from the
-        first. By default the only channel of rates.
+        Axes in the horizontal plane; of several the heading of each less that of the first, from north over east: an
+        axis to the right of the first has pi/2, one to the left -pi/2. By default the only channel of rates.
     stated : SetupUncertainty, optional
         Uncertainties of scale factor, latitude, tilt and headings; the tilt here is that towards the east as well as
         that towards the north, the heading that of each position, or of the start of a rotation.

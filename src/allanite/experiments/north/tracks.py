@@ -96,7 +96,7 @@ def axes_of(recording: Recording, channels: Axes | None) -> dict[str, float]:
     Raises
     ------
     InputError
-        No channel of rates, several and no choice, three names without their headings, a channel that is no rate.
+        No channel of rates, several and no choice, names without their headings, a channel that is no rate.
     """
     if channels is None:
         rates = [c.name for c in recording.channels if c.kind is Kind.RATE]
@@ -110,11 +110,14 @@ def axes_of(recording: Recording, channels: Axes | None) -> dict[str, float]:
     if isinstance(channels, str):
         channels = [channels]
     if not isinstance(channels, Mapping):
-        if not 1 <= len(channels) <= 2:
+        if len(channels) > 1:
+            first, second = channels[0], channels[1]
             raise InputError(
-                f"{len(channels)} axes need their headings less that of the first [rad]: {{'x': 0.0, 'y': 1.57, ...}}"
+                f"{len(channels)} axes need their headings less that of the first [rad], clockwise from above: "
+                f"channels={{{first!r}: 0.0, {second!r}: -math.pi / 2}} if {second} points to the left of {first}, "
+                "+math.pi / 2 if to the right. The wrong side mirrors the azimuth"
             )
-        channels = dict(zip(channels, (0.0, math.pi / 2), strict=False))
+        channels = dict.fromkeys(channels, 0.0)
     for name, offset in channels.items():
         if recording[name].kind is not Kind.RATE:
             raise InputError(
