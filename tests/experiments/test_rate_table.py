@@ -578,6 +578,49 @@ def test_a_channel_of_one_value_is_refused() -> None:
         measure_rate_table(dead, table=table, model=NOISE)
 
 
+@pytest.mark.parametrize("nonlinearity", [1, 2, 3, 4, 5, "sign"])
+@pytest.mark.parametrize(
+    "rates",
+    [
+        (0, 10, 30, 60, 100),
+        (-100, -40, -10, 0),
+        (10, 30, 60),
+        (0, 100),
+        (33.3, 100),
+        (-100, 100),
+        (-100, 0, 100),
+        (-70, -20, 100),
+        (-100, -50, 0, 10, 20, 100),
+    ],
+)
+@pytest.mark.parametrize("model", [SILENT, NOISE])
+def test_what_the_rates_do_not_determine_has_no_number(
+    rates: tuple[float, ...], nonlinearity: int | str, model: NoiseModel
+) -> None:
+    """A polynomial needs a rate more than its degree; two slopes need rates that are not on one of them."""
+    every = np.array([*rates, *rates[::-1]]) * DEG
+    start = 10.0 * np.arange(len(every))
+    table = RateSteps(start=start, stop=start + 10.0, rate=every)
+    record = twin(table, model=model, scale=1.003)
+    found = measure_rate_table(
+        record, table=table, model=model, nonlinearity=nonlinearity, dead_time=1.0, offset=0.0
+    )
+    two_slopes = int(np.linalg.matrix_rank(np.column_stack([np.ones(len(rates)), rates, np.abs(rates)]))) == 3
+    enough = two_slopes if nonlinearity == "sign" else len(rates) > int(nonlinearity)
+    assert (found.verdict != "not separable") is enough
+    for parameter in found.parameters:
+        assert not abs(parameter.value) > 1e3, parameter.name
+    # beside the odd powers of a curve two slopes need still more rates
+    odd = 0 if nonlinearity == "sign" else (int(nonlinearity) - 1) // 2
+    if odd == 0:
+        assert math.isfinite(found["asymmetry"].value) is two_slopes
+    if not two_slopes:
+        missing = "negative" if min(rates) >= 0 else "positive" if max(rates) <= 0 else ""
+        words = f"not determined: no {missing} rates" if missing else "not determined: too few rates"
+        assert found.asymmetry_unknown == words
+        assert nonlinearity != "sign" or words in found.reason
+
+
 def test_one_rate_is_not_separable_and_says_so() -> None:
     table = RateSteps(start=[0.0, 30.0], stop=[30.0, 60.0], rate=[DEG, DEG])
     found = measure_rate_table(twin(table), table=table, model=NOISE)

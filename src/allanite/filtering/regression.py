@@ -33,7 +33,7 @@ from allanite.noise import NoiseModel, StateSpace, White
 from allanite.plain_files.counted import plural
 from allanite.recording.records import Sampling
 
-__all__ = ["LEVEL", "Regression", "Whitener", "covariance_of", "regress"]
+__all__ = ["LEVEL", "RANK", "Regression", "Whitener", "covariance_of", "regress"]
 
 Array = NDArray[np.float64]
 

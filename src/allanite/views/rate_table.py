@@ -113,7 +113,8 @@ def _line(p: ResponseParameter, result: RateTableEstimate) -> tuple[str, str, st
     unit, factor = _unit(p, result)
     label = capitalised(_LABELS.get(p.name, p.name))
     if not math.isfinite(p.value + p.lower + p.upper):
-        return label, "–", "", unit, "not determined"
+        unknown = result.asymmetry_unknown if p.name == "asymmetry" else "not determined"
+        return label, "–", "", unit, unknown
     middle, lower, upper = interval(*(v / factor for v in (p.value, p.lower, p.upper)))
     return label, middle, f"[{lower}, {upper}]", unit, _answer(p, result, abs(factor))
 

@@ -382,7 +382,7 @@ class _Measurement:
             rows = solution.rows
             odd = tuple(n for n in self.shape if int(n.rpartition("^")[2]) % 2)
             both = solve(rows, model, (ABSOLUTE, *odd), self.others)
-            if ABSOLUTE not in both.fit.unbounded and out[0].resolved:
+            if out[0].resolved:
                 value, coefficient_sd = both.of_scale(ABSOLUTE)
                 out.append(wide.parameter("asymmetry", (2 * value, 2 * coefficient_sd), "1"))
         return out

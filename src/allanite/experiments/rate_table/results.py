@@ -455,6 +455,19 @@ class RateTableEstimate(Result):
         return len({s.rate for s in self.steps if s.used})
 
     @property
+    def asymmetry_unknown(self) -> str:
+        """Why the slopes at positive and negative rates cannot be told apart, where they cannot."""
+        rates = np.array([s.rate for s in self.steps if s.used] or self.fitted[:, 0].tolist() or [math.nan])
+        if (rates >= 0).all():
+            return words.NO_SIGN["negative"]
+        return words.NO_SIGN["positive"] if (rates <= 0).all() else words.FEW_RATES
+
+    @property
+    def _more_rates(self) -> TableRemark:
+        both = self._one_rate or self.nonlinearity == "sign"
+        return TableRemark.RATES if both else TableRemark.DEGREE
+
+    @property
     def _one_rate(self) -> bool:
         return math.isnan(self["scale factor"].value) and self._rates < 2
 
@@ -464,7 +477,11 @@ class RateTableEstimate(Result):
         scale = self["scale factor"]
         match self.verdict:
             case TableVerdict.NOT_SEPARABLE:
-                return words.ONE_RATE if self._one_rate else words.degree_too_high(self._rates)
+                if self._one_rate:
+                    return words.ONE_RATE
+                if self.nonlinearity == "sign":
+                    return f"asymmetry {self.asymmetry_unknown}"
+                return words.degree_too_high(self._rates)
             case TableVerdict.NOT_RESOLVED:
                 return words.too_small(scale.value, scale.total_sd)
             case TableVerdict.INCONSISTENT:
@@ -475,7 +492,7 @@ class RateTableEstimate(Result):
     def advice(self) -> tuple[str, ...]:
         """What to do."""
         if self.verdict is TableVerdict.NOT_SEPARABLE:
-            return (words.REMARKS[TableRemark.RATES if self._one_rate else TableRemark.DEGREE],)
+            return (words.REMARKS[self._more_rates],)
         return tuple(c.says for c in self.failed)
 
     @property
@@ -489,7 +506,7 @@ class RateTableEstimate(Result):
         codes = tuple(code for code, _ in self._noted())
         if self.verdict is not TableVerdict.NOT_SEPARABLE:
             return codes
-        return (TableRemark.RATES if self._one_rate else TableRemark.DEGREE, *codes)
+        return (self._more_rates, *codes)
 
     def _noted(self) -> Iterator[tuple[TableRemark, str]]:
         """The notes, each with its code."""

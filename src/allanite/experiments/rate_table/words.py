@@ -13,6 +13,8 @@ from allanite.quantities.residual_tests import SEEN
 
 __all__ = [
     "AIDED",
+    "FEW_RATES",
+    "NO_SIGN",
     "ONE_CLOCK",
     "ONE_RATE",
     "REMARKS",
@@ -34,6 +36,9 @@ __all__ = [
 LISTED = 3
 
 ONE_RATE = "scale factor and bias cannot be separated: the table turned at only one rate"
+NO_SIGN = {sign: f"not determined: no {sign} rates" for sign in ("negative", "positive")}
+"""Why there is no asymmetry, by the sign that is missing."""
+FEW_RATES = "not determined: too few rates"
 ONE_CLOCK = "the record shows no change of the rate: the clocks of table and record are assumed to agree"
 AIDED = (
     "the seed paper's filter, given the fitted response to the table, removes slow noise from the record; its output "

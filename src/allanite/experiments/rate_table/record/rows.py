@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled, Sinusoids, TableClock
 from allanite.filtering.block_means import longest_block
-from allanite.filtering.regression import Regression, regress
+from allanite.filtering.regression import RANK, Regression, regress
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, White
 from allanite.recording.records import BLOCK, Recording, Sampling
@@ -185,9 +185,14 @@ class RegressionRows:
         return self.columns[name]
 
     def straight(self, name: str) -> Array:
-        """A column less its best straight line over the rate, weighted by time."""
+        """A column less its best straight line over the rate, weighted by time.
+
+        Zero where it is a straight line itself: what rounding leaves of one looks like a column of its own.
+        """
         line = self.line(name)
-        return np.where(self.used, self.columns[name] - line[0] - line[1] * self.columns[RATE], 0.0)
+        left = np.where(self.used, self.columns[name] - line[0] - line[1] * self.columns[RATE], 0.0)
+        whole = np.where(self.used, self.columns[name], 0.0)
+        return left if np.linalg.norm(left) > RANK * np.linalg.norm(whole) else np.zeros_like(left)
 
     def line(self, name: str) -> Array:
         """Level and slope of the best straight line of a column over the rate, weighted by time."""
