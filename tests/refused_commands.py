@@ -288,7 +288,7 @@ OF_FILTERS = (
     Refusal(
         line=f"filter 'a log.csv' --model {MARKOV} --first north",
         files={"a log.csv": GYRO},
-        says=("for the filter that is told the rate only",),
+        says=("applies only with --reference",),
         adds={"--first": "", "--reference": "15deg/h", "allanite earth-rate": f"'a log.csv' {LATITUDE}"},
     ),
     Refusal(

@@ -87,7 +87,7 @@ def test_three_axes_at_rest_give_the_rate_vector(run: Run, logs: Path, tmp_path:
     # white noise alone: three axes, each known to WHITE over the root of the time at rest
     assert abs(length["value"] - EARTH_RATE) < 5 * WHITE / math.sqrt(LENGTH - 60)
     for words in (
-        "Length of the vector",
+        "Magnitude",
         "15.041",
         "gz",
         "moves more than the quiet parts",

@@ -77,6 +77,27 @@ def test_the_first_direction_gives_the_sign() -> None:
     assert any("arbitrary" in sentence for sentence in chosen.advice)
 
 
+@pytest.mark.parametrize(("vertical", "known"), [(False, True), (False, False), (True, True)])
+def test_an_axis_that_sees_nothing_of_the_earth_contradicts_it(vertical: bool, known: bool) -> None:
+    """What is not seen though the sensor would see it is no matter of time: `longer` helps nobody."""
+    still = simulate(SENSOR, rate=32.0, duration=720.0, seed=3, unit="deg/s")
+    cut = find_reversals(twin(seed=3), first="up" if vertical else "north")
+    found = measured(still, SENSOR if known else None, reversals=cut)
+    assert not found.rotation.resolved
+    assert found.verdict == "inconsistent with Earth"
+    assert "excludes the known 15.041" in found.reason
+    assert ("level" if vertical else "east and west") in found.reason
+    assert "required" not in found.reason
+
+
+def test_a_sensor_that_cannot_see_the_earth_is_not_resolved_and_no_contradiction() -> None:
+    """At two standard deviations of the Earth's rate and less; chance contradicts in one of a thousand."""
+    loud = NoiseModel.of(White(N=1.2e-3))
+    verdicts = [measured(twin(loud, seed=seed), loud, reversals=find_reversals(twin(seed=1), first="north")).verdict
+                for seed in range(12)]  # fmt: skip
+    assert set(verdicts) <= {"not resolved", "resolved"}
+
+
 def test_drift_leaks_through_ordered_pairs_and_not_through_triples() -> None:
     """A ramp R adds -R T/(2 cos latitude) to each pair, T between the middles of its dwells."""
     R = 1e-7

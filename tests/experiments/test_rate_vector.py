@@ -19,11 +19,13 @@ from scipy.stats import binom
 from allanite.errors import DataQualityError, InputError
 from allanite.experiments.earth_rate import SetupUncertainty
 from allanite.experiments.rate_vector import RateVector, measure_rate_vector
+from allanite.experiments.rate_vector.checks import latitude_check
 from allanite.experiments.rate_vector.stretches import MOVING, cut, rest
-from allanite.experiments.rate_vector.vectors import _bent_interval
+from allanite.experiments.rate_vector.vectors import Vectors, _bent_interval
 from allanite.experiments.rate_vector.verdict import LeftOut
 from allanite.noise import Flicker, NoiseModel, White
-from allanite.quantities.earth import EARTH_RATE
+from allanite.quantities.attitude import attitude_of
+from allanite.quantities.earth import EARTH_RATE, earth_rate_vector
 from allanite.recording.records import Recording
 
 Locate = Callable[[str], Path]
@@ -284,6 +286,31 @@ def test_the_latitude_is_checked_where_there_are_accelerometers(rng: np.random.G
     wrong = measure_rate_vector(record, latitude=math.radians(43))
     assert wrong.verdict == "inconsistent" and "a latitude of 39.9" in wrong.reason
     assert measure_rate_vector(record, latitude=math.radians(43), stated=SetupUncertainty(tilt=0.05)).resolved
+
+
+@pytest.mark.parametrize("latitude", [0.0, 40.0, 80.0, -60.0])
+@pytest.mark.parametrize("signal", [0.5, 2.0, 5.0, 30.0, 1000.0])
+@pytest.mark.parametrize("bias", [0.0, 3.0])
+def test_the_latitude_is_blamed_as_seldom_as_stated_at_every_signal_to_noise(
+    rng: np.random.Generator, latitude: float, signal: float, bias: float
+) -> None:
+    """One in a hundred of true latitudes; a bias of which the size was stated is no contradiction."""
+    sd, blamed, tries = EARTH_RATE / signal, 0, 500
+    covariance = np.broadcast_to(sd**2, (3, 1, 1))
+    tilt = attitude_of(0.3, -0.2, 1.0)
+    true = tilt.T @ earth_rate_vector(math.radians(latitude))
+    for _ in range(tries):
+        seen = true + math.hypot(sd, bias * sd) * rng.standard_normal(3)
+        vectors = Vectors(level=seen[None], covariance=covariance, share=np.ones(1), rows=1, size=())
+        check = latitude_check(
+            vectors,
+            tilt.T @ np.array([0.0, 0.0, -9.8]),
+            math.radians(latitude),
+            SetupUncertainty(),
+            bias * sd,
+        )
+        blamed += not check.passed
+    assert blamed / tries < 0.01 + 3.5 * math.sqrt(0.01 * 0.99 / tries)
 
 
 # -- manners ----------------------------------------------------------------------------------------------

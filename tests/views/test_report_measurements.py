@@ -108,7 +108,7 @@ def test_a_check_that_fails_stands_first_with_its_meaning(measured: dict[str, An
     checks = [dict(c) for c in measured["checks"]]
     checks[-1] |= {"passed": False, "at": 77.0}
     text = text_of(html_of({**measured, "verdict": "inconsistent", "checks": checks}))
-    says = "From 77 s on the alternation is another: a turn was missed or counted twice there; correct it with a file"
+    says = "At 77 s the order of the two directions changes: a turn was missed or counted twice; correct it with a file"
     assert text.index(f"Order of the turns {says} of turns. not passed") < text.index("Size of the noise")
     assert f"Inconsistent. The residuals contradict the noise model: {says[:1].lower()}{says[1:]}" in text
 

@@ -43,8 +43,8 @@ FILTER = Command(
             Requirement(
                 any_of=("reference",),
                 by=(name,),
-                says=f"for the filter that is told the rate only: --{name.replace('_', '-')}. Add --reference; a "
-                "record that was turned is measured by allanite earth-rate",
+                says=f"--{name.replace('_', '-')} applies only with --reference; a record that was turned is measured "
+                "by allanite earth-rate",
             )
             for name in ("first", "turns", "dwell", "correlation_time")
         ),

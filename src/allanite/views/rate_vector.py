@@ -68,7 +68,7 @@ def _verdict(result: RateVector) -> Iterator[PageBlock]:
         return
     percent = f"{100 * result.confidence:g} % interval"
     note = "bias and Earth together, everything in the budget included"
-    main = estimate_of(result.length, *result.interval, name="length of the vector", note=note, kept=True)
+    main = estimate_of(result.length, *result.interval, name="magnitude", note=note, kept=True)
     known = known_rate(result.earth_rate)
     yield Hero(
         main.value,
@@ -78,7 +78,7 @@ def _verdict(result: RateVector) -> Iterator[PageBlock]:
         result.verdict.tone,
     )
     yield Text(sentence(result.statement), note=True, brief=True)
-    yield from estimates_table([main, known], "Length of the vector.", f", {percent}")
+    yield from estimates_table([main, known], "Magnitude of the rate.", f", {percent}")
     yield from table(
         ("Axis", "deg/h", "Standard deviation, deg/h", "Angle to the vector"),
         [*_axes(result)],

@@ -83,7 +83,7 @@ def _meaning(check: RateCheck) -> str:
             )
         case RateCheckKind.SETTLING:
             return (
-                "a rotation in the direction of the turn continues after it and adds to the rate: leave out more time "
+                "the sensor keeps rotating after each turn, which adds to the rate: leave out more time "
                 "after each turn (--dead-time), or fit it with the rate (--settling)"
             )
         case RateCheckKind.TEMPERATURE:
@@ -101,6 +101,6 @@ def _meaning(check: RateCheck) -> str:
             )
         case RateCheckKind.ORDER:
             return (
-                f"from {check.at:.0f} s on the alternation is another: a turn was missed or counted twice there; "
+                f"at {check.at:.0f} s the order of the two directions changes: a turn was missed or counted twice; "
                 "correct it with a file of turns"
             )

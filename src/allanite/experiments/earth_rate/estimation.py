@@ -276,7 +276,7 @@ def _judge(estimate: EarthRateEstimate, *, separable: bool) -> EarthRateVerdict:
     if grave(estimate.checks):
         return EarthRateVerdict.INCONSISTENT
     if not estimate.rotation.resolved:
-        return EarthRateVerdict.NOT_RESOLVED
+        return EarthRateVerdict.CONTRADICTS if estimate.hides_earth else EarthRateVerdict.NOT_RESOLVED
     low, high = estimate.interval
     if not low <= EARTH_RATE <= high:
         return EarthRateVerdict.CONTRADICTS

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from allanite.experiments.earth_rate import words
 from allanite.experiments.earth_rate.checks import RateCheck
-from allanite.experiments.earth_rate.quantile import needs_more
+from allanite.experiments.earth_rate.quantile import needed_quantile, needs_more
 from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigin, RateRemark
 from allanite.experiments.reversals import Reversals
 from allanite.experiments.reversals.sides import is_vertical, part_seen
@@ -324,6 +324,8 @@ class EarthRateEstimate(Result):
             case EarthRateVerdict.CONTRADICTS:
                 needed = self.g_sensitivity
                 cause = "" if needed is None else words.gravity(needed.value, needed.sd)
+                if self.hides_earth:
+                    cause += words.not_turned(vertical=is_vertical(self.first))
                 return words.excluded(self.interval, self.deviation, cause)
         far = words.distance(self.rate, self.total_sd, self.inflation)
         if self.verdict is EarthRateVerdict.NOT_RESOLVED:
@@ -365,6 +367,13 @@ class EarthRateEstimate(Result):
     def deviation(self) -> float:
         """Distance from the known rate of the Earth, in total standard deviations."""
         return (self.rate - EARTH_RATE) / self.total_sd
+
+    @property
+    def hides_earth(self) -> bool:
+        """No rate is seen, though the Earth's would be: it differs from this one by what makes a rate seen."""
+        if self.rotation.resolved:
+            return False
+        return abs(self.deviation) >= needed_quantile(self.model_source, self.n_pairs)
 
     @property
     def projection(self) -> float:

@@ -23,6 +23,7 @@ __all__ = [
     "distance",
     "excluded",
     "gravity",
+    "not_turned",
     "of_failures",
     "of_the_first",
     "of_turns",
@@ -36,6 +37,7 @@ WITH_GRAVITY = (
     "turning the axis over also reverses gravity along it: the result is the sum of the Earth rate and the "
     "g-sensitivity of the axis. State the g-sensitivity (--g-sensitivity 0.1deg/h/g) to separate them"
 )
+_MORE_DIRECTIONS = "for an axis in three directions or more use allanite north, with their headings"
 
 
 # -- the reason ---------------------------------------------------------------------------------------------
@@ -64,7 +66,8 @@ def contradicted(checks: Sequence[RateCheck]) -> str:
     """Which checks contradict the noise model."""
     first, *others = grave(failures(checks))
     also = f" (also: {', '.join(c.name for c in others)})" if others else ""
-    return f"the residuals contradict the noise model: {first.says}{also}"
+    more = f"; {_MORE_DIRECTIONS}" if first.kind is RateCheckKind.SCATTER else ""
+    return f"the residuals contradict the noise model: {first.says}{more}{also}"
 
 
 def excluded(interval: tuple[float, float], deviation: float, cause: str) -> str:
@@ -75,6 +78,13 @@ def excluded(interval: tuple[float, float], deviation: float, cause: str) -> str
         f"({abs(deviation):.1f} standard deviations): {cause}an error that follows the turns, the scale factor, the "
         "latitude, or the direction of the first dwell"
     )
+
+
+def not_turned(*, vertical: bool) -> str:
+    """Why an axis that sees no rate may not have been turned between the two directions."""
+    if vertical:
+        return "full turns instead of half turns, an axis that is level, "
+    return "full turns instead of half turns, an axis that points east and west, "
 
 
 def gravity(g_sensitivity: float, sd: float) -> str:

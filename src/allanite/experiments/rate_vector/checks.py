@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 #: A check fails at this probability.
 ALARM = 0.01
+#: A level part of so many standard deviations has a direction that noise does not choose.
+CLEAR = 6.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,9 +60,7 @@ class VectorCheck(CheckResult):
                     "predicts: the interval comes from their own noise"
                 )
             case VectorCheckKind.POSES:
-                return (
-                    "the length is not the same before and after the sensor was turned, so biases are in it"
-                )
+                return "the magnitude is not the same before and after the sensor was turned, so biases are in it"
             case VectorCheckKind.LATITUDE:
                 means, not_ = (math.degrees(x) for x in (self.latitude, self.expected))
                 return f"the angle between gravity and the vector means a latitude of {means:.2f} deg, not {not_:.2f}"
@@ -91,20 +91,30 @@ def angle_between(a: Array, b: Array) -> float:
 
 
 def latitude_check(
-    vectors: Vectors, gravity: Array, latitude: float, stated: SetupUncertainty
+    vectors: Vectors, gravity: Array, latitude: float, stated: SetupUncertainty, bias: float
 ) -> VectorCheck:
-    """The Earth alone lies 90 deg less the latitude from the vertical."""
+    """The Earth alone lies 90 deg less the latitude from the vertical.
+
+    Asked of the distance of the vector from that direction, which is normal at every signal to noise; the angle is not.
+
+    Parameters
+    ----------
+    bias : float [rad/s]
+        Standard uncertainty of the bias of each axis, which is part of the vector.
+    """
     up = gravity / np.linalg.norm(gravity)
-    along = vectors.directions[vectors.longest]
-    across = up - (up @ along) * along
-    size = float(np.linalg.norm(across))
-    noise = vectors.covariance_of(vectors.longest)
-    variance = float(across @ noise @ across) / size**2 if size > 0 else float(np.diag(noise).max())
-    # the angle turns with the part of the vector across, and by the accelerometers
-    variance = variance / max(vectors.length, vectors.sd) ** 2 + stated.latitude**2 + stated.tilt**2
-    measured_latitude = math.pi / 2 - angle_between(gravity, along)
-    statistic = (measured_latitude - latitude) ** 2 / (variance * vectors.stretch**2)
-    return _asked(VectorCheckKind.LATITUDE, statistic, 1, latitude=measured_latitude, expected=latitude)
+    rate = vectors.level[vectors.longest]
+    level = rate - (rate @ up) * up
+    size = float(np.linalg.norm(level))
+    level = level / size if size > 0 else np.linalg.svd(up[None])[2][1]
+    across = math.sin(latitude) * level - math.cos(latitude) * up
+    covariance = vectors.covariance_of(vectors.longest) * vectors.stretch**2 + bias**2 * np.eye(3)
+    turned = float(rate @ rate) * (stated.latitude**2 + stated.tilt**2)
+    statistic = float(across @ rate) ** 2 / (float(across @ covariance @ across) + turned)
+    # at a pole noise moves the vector away from the vertical in two directions
+    dof = 1 if size > CLEAR * math.sqrt(float(level @ covariance @ level)) else 2
+    measured_latitude = math.pi / 2 - angle_between(gravity, rate)
+    return _asked(VectorCheckKind.LATITUDE, statistic, dof, latitude=measured_latitude, expected=latitude)
 
 
 def _asked(

@@ -130,7 +130,7 @@ def measure_rate_vector(
     gravity = _gravity(recording, cells, quiet)
     checks = [*size_checks(vectors.size), *pose_check(vectors)]
     if gravity is not None and latitude is not None:
-        checks.append(latitude_check(vectors, gravity, latitude, stated or SetupUncertainty()))
+        checks.append(latitude_check(vectors, gravity, latitude, stated or SetupUncertainty(), bias))
     budget = {
         "noise": vectors.sd,
         "scale factor": (stated or SetupUncertainty()).scale * vectors.length,

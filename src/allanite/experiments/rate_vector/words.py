@@ -23,7 +23,7 @@ __all__ = [
 _EARTH = EARTH_RATE / DEG_H
 
 STATEMENT = (
-    "the length is |bias + Earth|: it includes the biases of the three gyros, and only turning the sensor separates "
+    "the magnitude is |bias + Earth|: it includes the biases of the three gyros, and only turning the sensor separates "
     "them from the Earth's rotation. A sensor measures that rotation this way only if its biases are well below "
     f"{_EARTH:.0f} deg/h"
 )
@@ -47,9 +47,7 @@ REMARKS = {
 
 def in_poses(count: int) -> str:
     """That the vector is that of one pose only."""
-    return (
-        f"the sensor had {plural(count, 'pose')}: all of them give the length, the longest gives the vector"
-    )
+    return f"the sensor had {plural(count, 'pose')}: all of them give the magnitude, the longest gives the vector"
 
 
 def no_rest(quiet: float, duration: float, cell: float) -> str:
@@ -68,8 +66,8 @@ def all_moves(restlessness: float) -> str:
 def too_small(length: float, sd: float, high: float) -> str:
     """Why the length is not resolved."""
     return (
-        f"the length, |bias + Earth|, is {length / sd:.1f} standard deviations from zero; {SEEN:g} are required. It is "
-        f"below {_text(high)} deg/h"
+        f"the magnitude, |bias + Earth|, is {length / sd:.1f} standard deviations from zero; {SEEN:g} are required. "
+        f"It is below {_text(high)} deg/h"
     )
 
 
@@ -77,7 +75,7 @@ def excluded(low: float, high: float) -> str:
     """Why the length is not that of the Earth."""
     least = max(low / DEG_H - _EARTH, _EARTH - high / DEG_H) * DEG_H
     return (
-        f"the length is |bias + Earth|: its interval {_text(low)} to {_text(high)} deg/h excludes the known "
+        f"the magnitude is |bias + Earth|: its interval {_text(low)} to {_text(high)} deg/h excludes the known "
         f"{_EARTH:.3f} deg/h, so the biases together are at least {_text(least)} deg/h (or the scale factors are "
         "wrong). This does not measure the Earth's rotation"
     )

@@ -61,7 +61,7 @@ class PositionsApart(Result):
             between = f"{self.assumed:g} s between them are assumed (--between)"
             time = f"the {what} do not state when they were {when}: {between}"
         if self.least is not None:
-            time += f"; slow noise has at least {self.least:g} s between rows, as long as a mean"
+            time += f"; the rows are taken to start at least {self.least:g} s apart, the length of one mean"
         if self.count > 1:
             yield time
         if self.sd_ignored:
