@@ -71,6 +71,7 @@ def test_the_first_direction_gives_the_sign() -> None:
     wrong = measured(record, QUIET)
     assert wrong.rate == pytest.approx(-EARTH_RATE, rel=1e-5)
     assert wrong.verdict == "inconsistent with Earth"
+    assert "the first dwell points south" in wrong.reason
     chosen = measured(record, QUIET, first=None)
     assert chosen.rate == pytest.approx(EARTH_RATE, rel=1e-5)
     assert chosen.reading("pairs").rate == pytest.approx(EARTH_RATE, rel=1e-5)
@@ -536,3 +537,23 @@ def test_of_very_many_dwells_those_in_the_middle_are_checked(monkeypatch: pytest
     assert e.reading("pairs").sd == pytest.approx(
         whole.reading("pairs").sd, rel=0.02
     )  # groups taken as independent
+
+
+@pytest.mark.parametrize("name", ["gyro", "other"])
+def test_a_gyro_is_no_temperature(name: str) -> None:
+    """The measured channel would fit the whole record, and leave a rate of zero."""
+    record = twin()
+    both = Recording.from_rate(
+        np.column_stack([record.values("gyro"), record.values("gyro")[::-1]]),
+        rate=32.0,
+        unit="rad/s",
+        names=["gyro", "other"],
+    )
+    with pytest.raises(InputError, match="is measured" if name == "gyro" else "not of temperature"):
+        measured(both, channel="gyro", temperature=name)
+
+
+@pytest.mark.parametrize("scale", [1.0, 10.0, math.inf, -0.1, math.nan])
+def test_an_uncertainty_of_the_scale_factor_is_a_fraction(scale: float) -> None:
+    with pytest.raises(InputError, match="uncertainty of "):
+        SetupUncertainty(scale=scale)

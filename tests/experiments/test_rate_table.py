@@ -770,7 +770,7 @@ def test_errors_name_line_and_column(tmp_path: Path, text: str, said: str) -> No
         ({"dead_time": 30.0}, "shorter than"),
         ({"offset": 1e4}, "do not overlap"),
         ({"axis": "east"}, "axis"),
-        ({"temperature": "gyro"}, "not a temperature"),
+        ({"temperature": "gyro"}, "is measured"),
         ({"cross_axes": ("gyro",)}, "cannot be across"),
         ({"model": NoiseModel.of(White(N=1.0), kind="voltage")}, "is of voltage, not of rate"),
         ({"model": {"other": NOISE}}, "no noise model for"),

@@ -550,7 +550,9 @@ def _layout(
         raise InputError(f"what must be 'rate' or 'north', not {what!r}")
     checked_latitude(latitude)
     if goal is not None and not (math.isfinite(goal) and goal > 0):
-        raise InputError(f"goal must be positive (relative, or an angle in rad for north), not {goal!r}")
+        raise InputError(
+            f"the goal must be positive, a part of the Earth rate or an angle for north, not {goal!r}"
+        )
     if not (math.isfinite(dead_time) and dead_time >= 0):
         raise InputError(f"dead time must be finite and not negative [s], not {dead_time!r}")
     if not (math.isfinite(misalignment) and misalignment >= 0):

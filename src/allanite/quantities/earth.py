@@ -87,9 +87,8 @@ def checked_latitude(latitude: float, *, vertical: bool = False) -> float:
             if vertical
             else "a horizontal axis senses the Earth's rotation times the cosine of the latitude, zero at a pole"
         )
-        raise InputError(
-            f"undefined at latitude {math.degrees(latitude):g} deg: {why}; in Python the latitude is in radians"
-        )
+        beyond = "" if size <= math.pi / 2 else "; in Python the latitude is in radians"
+        raise InputError(f"undefined at latitude {math.degrees(latitude):g} deg: {why}{beyond}")
     return float(latitude)
 
 

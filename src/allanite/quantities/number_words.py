@@ -23,7 +23,7 @@ def number(value: float | None, digits: int = 3) -> str:
         return "–"
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
-    return _NumberLayout.of(abs(value), abs(value), digits).write(value)
+    return _NumberLayout.of(abs(value), digits).write(value)
 
 
 def upper_limit(value: float) -> str:
@@ -42,6 +42,8 @@ def interval(value: float, lower: float | None, upper: float | None) -> tuple[st
 
     >>> interval(0.30012, 0.2994, 0.3009), interval(0.002, 3.1e-6, 0.81)
     (('0.30012', '0.29940', '0.30090'), ('0.0020', '3.1e-06', '0.81'))
+    >>> interval(7e-05, -25e-05, 40e-05)
+    ('0.7e-04', '-2.5e-04', '4.0e-04')
     """
     if lower and upper and math.isfinite(upper) and 0 < _WIDE * lower < upper and value > 0:
         return number(value, 2), number(lower, 2), number(upper, 2)
@@ -53,7 +55,7 @@ def interval(value: float, lower: float | None, upper: float | None) -> tuple[st
         if not (width > 0 and size > 0)
         else 2 + math.floor(math.log10(size)) - math.floor(math.log10(width))
     )
-    layout = _NumberLayout.of(size, abs(value), min(max(digits, 2), 7))
+    layout = _NumberLayout.of(size, min(max(digits, 2), 7))
     low, high = (layout.write(e) if e is not None and math.isfinite(e) else number(e) for e in (lower, upper))
     return layout.write(value), low, high
 
@@ -93,15 +95,14 @@ class _NumberLayout:
     power: int | None
 
     @classmethod
-    def of(cls, size: float, lead: float, digits: int) -> _NumberLayout:
-        """So many significant digits of `size`; an exponent that leaves `lead` one digit before the point."""
+    def of(cls, size: float, digits: int) -> _NumberLayout:
+        """So many significant digits of `size`; an exponent that leaves it one digit before the point."""
         if size == 0.0:
             return cls(0, None)
         power = _power(size, digits)
         if -3 <= power < 6:
             return cls(max(digits - 1 - power, 0), None)
-        exponent = _power(lead, digits) if lead else power
-        return cls(max(digits - 1 - power + exponent, 0), exponent)
+        return cls(digits - 1, power)
 
     def write(self, value: float) -> str:
         if self.power is None:

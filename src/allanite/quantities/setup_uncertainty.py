@@ -40,6 +40,11 @@ class SetupUncertainty:
                 raise InputError(
                     f"the stated uncertainty of {name} must be finite and not negative, not {value!r}"
                 )
+        if not self.scale < 1:
+            raise InputError(
+                f"the stated uncertainty of the scale factor is {100 * self.scale:g} %: it must be below 100 %. It is "
+                f"a fraction: {self.scale:g} % is {self.scale / 100:g}, --scale-uncertainty {self.scale:g}%"
+            )
 
     def budget(self, latitude: float) -> dict[str, float]:
         """What each contributes to the standard uncertainty of the Earth rate of a level axis, relative to it.

@@ -35,6 +35,7 @@ from allanite.noise.given_models import models_of
 from allanite.quantities.earth import normal_gravity
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Frame
 from allanite.recording.records import Kind, Recording
+from allanite.recording.thermometers import checked_thermometer
 
 __all__ = ["STANDARD_GRAVITY", "calibrate", "calibrate_means"]
 
@@ -131,7 +132,7 @@ def calibrate(
     stated = dict(stated or {})
     _refuse(latitude, gravity, frame, confidence, stated)
     axes = unit_axes(recording, gyro, accelerometer).triads
-    heat = _temperature(recording, temperature, reference_temperature)
+    heat = _temperature(recording, temperature, reference_temperature, sum(axes.values(), ()))
     advance(0.0, "looking for static spans")
     kinds = {
         name: Kind.UNKNOWN for three in axes.values() for name in three
@@ -216,7 +217,7 @@ confidence, progress
     stated, rows = dict(stated or {}), means.rows
     _refuse(latitude, gravity, frame, confidence, stated)
     axes = unit_axes(rows, gyro, accelerometer).triads
-    heat = _temperature(rows, temperature, reference_temperature)
+    heat = _temperature(rows, temperature, reference_temperature, sum(axes.values(), ()))
     kinds = {name: Kind.UNKNOWN for three in axes.values() for name in three}
     models = models_of(model, kinds, roles=axes) or None
     source = noise_source(means, axes, models)
@@ -325,10 +326,12 @@ def _refuse(
             )
 
 
-def _temperature(recording: Recording, name: str | None, reference: float | None) -> str | None:
+def _temperature(
+    recording: Recording, name: str | None, reference: float | None, measured: Collection[str]
+) -> str | None:
     channel_names = [c.name for c in recording.channels if c.kind is Kind.TEMPERATURE]
     if name is not None:
-        return recording[name].name
+        return checked_thermometer(recording, name, measured)
     if reference is not None and len(channel_names) != 1:
         raise InputError(
             f"a reference temperature needs one channel of temperature; the recording has {len(channel_names)}: say "

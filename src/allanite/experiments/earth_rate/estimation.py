@@ -38,6 +38,7 @@ from allanite.quantities.residual_tests import SEEN, grave, inflation_of
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.quantities.units import STANDARD_GRAVITY
 from allanite.recording.records import Kind, Recording
+from allanite.recording.thermometers import checked_thermometer
 
 __all__ = ["measure_earth_rate"]
 
@@ -122,6 +123,8 @@ def measure_earth_rate(
     _refuse(latitude, confidence, uncertainties, g_sensitivity, vertical=vertical)
     advance = progress or (lambda fraction, what: None)
     name = rate_channel(recording, channel)
+    if temperature is not None:
+        checked_thermometer(recording, temperature, (name,))
     if reversals is None:
         advance(0.0, "looking for the turns")
         dead = DEAD_TIME if dead_time is None else dead_time

@@ -324,6 +324,8 @@ class EarthRateEstimate(Result):
             case EarthRateVerdict.CONTRADICTS:
                 needed = self.g_sensitivity
                 cause = "" if needed is None else words.gravity(needed.value, needed.sd)
+                if self.rotation.lower <= -EARTH_RATE <= self.rotation.upper:
+                    cause += words.other_way(self.first)
                 if self.hides_earth:
                     cause += words.not_turned(vertical=is_vertical(self.first))
                 return words.excluded(self.interval, self.deviation, cause)

@@ -28,6 +28,7 @@ __all__ = [
     "of_the_first",
     "of_turns",
     "one_direction",
+    "other_way",
     "resolved",
     "too_small",
     "widened_words",
@@ -85,6 +86,12 @@ def not_turned(*, vertical: bool) -> str:
     if vertical:
         return "full turns instead of half turns, an axis that is level, "
     return "full turns instead of half turns, an axis that points east and west, "
+
+
+def other_way(first: str) -> str:
+    """That the rate is minus that of the Earth, and how the first dwell comes to be the opposite one."""
+    opposite = {"north": "south", "south": "north", "up": "down", "down": "up"}.get(first, "the other way")
+    return f"the first dwell points {opposite} (--first is the direction at --from, where that is given), "
 
 
 def gravity(g_sensitivity: float, sd: float) -> str:

@@ -58,6 +58,7 @@ from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.quantities.residual_tests import FOREIGN
 from allanite.recording.records import Kind, Recording
+from allanite.recording.thermometers import checked_thermometer
 
 __all__ = ["measure_rate_table"]
 
@@ -134,11 +135,13 @@ def measure_rate_table(
     expectation; noise that grows with the rate takes weight off the samples at such rates. A rate that changes all the
     time carries the offset of the clocks as a coefficient, whose uncertainty is in all the others.
     """
-    _refuse(nonlinearity, confidence, offset, dead_time, temperature, recording)
+    _refuse(nonlinearity, confidence, offset, dead_time)
     advance = progress or (lambda fraction, what: None)
     earth, sure = EarthPart(axis, latitude), stated or TableUncertainty()
     advance(0.0, "looking for the channel")
     name, others = channels_of(recording, table, channel, cross_axes)
+    if temperature is not None:
+        checked_thermometer(recording, temperature, (name, *others))
     refuse_still(recording, name)
     given = models_of(model, {name: recording[name].kind}).get(name)
     used = _fitted_part(table)
@@ -177,8 +180,6 @@ def _refuse(
     confidence: float,
     offset: float | None,
     dead_time: float | None,
-    temperature: str | None,
-    recording: Recording,
 ) -> None:
     highest = POWERS - 2
     if nonlinearity != "sign" and (
@@ -191,14 +192,6 @@ def _refuse(
         raise InputError(f"dead_time must be finite and not negative [s], not {dead_time!r}")
     if offset is not None and not math.isfinite(offset):
         raise InputError(f"offset must be finite [s], not {offset!r}")
-    if temperature is not None and recording[temperature].kind not in (
-        Kind.TEMPERATURE,
-        Kind.UNKNOWN,
-        Kind.OTHER,
-    ):
-        raise InputError(
-            f"channel {temperature!r} is one of {recording[temperature].kind.value}, not a temperature"
-        )
 
 
 def _fitted_part(table: RateTable) -> RateTable:

@@ -20,13 +20,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import DataQualityError, InputError
+from allanite.errors import DataQualityError
 from allanite.filtering.block_means import BlockMeans, block_means
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.counted import plural
 from allanite.quantities.result import Result
-from allanite.recording.channel_names import unit_option
 from allanite.recording.records import Kind, Recording, Sampling
+from allanite.recording.thermometers import checked_thermometer
 
 __all__ = ["Climate", "Thermometer", "smoothed"]
 
@@ -40,8 +40,6 @@ FEWEST = 60
 CONSTANT = 3.0
 #: What is smoothed away may be so many times the thermometer's noise.
 DISCREPANCY = 1.03
-#: Kinds of channel that no temperature is.
-_NO_TEMPERATURE = (Kind.RATE, Kind.ANGLE, Kind.ACCELERATION, Kind.VELOCITY)
 #: SI unit of the columns that may be one; the others stay in their own unit.
 _SI = {Kind.TEMPERATURE: "K", Kind.VOLTAGE: "V"}
 
@@ -165,11 +163,7 @@ def _temperature(
     recording: Recording, name: str, channel: str, size: int, middle: Array
 ) -> tuple[Thermometer, Array, int]:
     facts = recording[name]
-    if name == channel or facts.kind in _NO_TEMPERATURE:
-        raise InputError(
-            f"channel {name!r} is one of {facts.kind.value}, not of temperature: name another, or state "
-            f"its unit ({unit_option([name], 'degC')})"
-        )
+    checked_thermometer(recording, name, (channel,))
     # a column without an SI unit of its own stays in its unit, as everywhere
     scale, factor = (facts.scale, 1.0) if facts.kind in _SI else (1.0, facts.scale)
     means = block_means(recording, name, size, np.array([[0, recording.n_samples]])).mean / factor
