@@ -131,7 +131,8 @@ def test_channels_name_the_axes_and_a_model_makes_the_interval(run: Run, logs: P
     assert found["model_name"] == "given in words"
     one = run("earth-rate", logs / "rest.parquet", *PLACE, "--channels", "gx")
     assert one.code == 0
-    assert one.out.startswith("Not ")  # one axis that was never turned
+    assert one.out.startswith("Inconsistent with Earth")
+    assert "an axis that was not turned" in " ".join(one.out.split())
 
 
 def test_samples_missing_at_rest_are_a_loss_and_shaking_is_none(run: Run, logs: Path) -> None:

@@ -84,8 +84,8 @@ def excluded(interval: tuple[float, float], deviation: float, cause: str) -> str
 def not_turned(*, vertical: bool) -> str:
     """Why an axis that sees no rate may not have been turned between the two directions."""
     if vertical:
-        return "full turns instead of half turns, an axis that is level, "
-    return "full turns instead of half turns, an axis that points east and west, "
+        return "an axis that was not turned or lies level, full turns instead of half turns, "
+    return "an axis that was not turned or points east and west, full turns instead of half turns, "
 
 
 def other_way(first: str) -> str:
