@@ -220,6 +220,30 @@ def test_upper_bound_of_flicker_lies_above_it_wherever_flicker_exceeds_white_noi
     assert walk == pytest.approx(math.hypot(k, math.sqrt(3) * floor / n), rel=1e-6)
 
 
+@pytest.mark.parametrize("seed", range(12))
+def test_upper_bound_of_a_gauss_markov_term_lies_above_it_wherever_it_exceeds_white_noise(seed: int) -> None:
+    """And with the white noise it covers the term, though it may be far smaller than the density that drives it."""
+    rng = np.random.default_rng([20261128, seed])
+    n = 1e-4
+    for sigma, time in 10 ** rng.uniform(-3, 3, (8, 2)):
+        term = GaussMarkov.from_sigma(n * sigma, time)
+        model = NoiseModel.of(White(N=n), term, RandomWalk(K=1e-9 * term.q))
+        walk = parse(al.export("kalibr", {"x": model}, rate=1e6))["gyroscope_random_walk"]
+        tau = time * np.geomspace(1e-5, 1e6, 300)
+        white, bias, drift = n**2 / tau, np.asarray(term.avar(tau)), walk**2 * tau / 3
+        assert np.all(drift[bias > white] >= bias[bias > white] * (1 - 1e-6))
+        assert np.all(white + drift >= (white + bias) / 1.21)
+        assert walk <= term.q * (1 + 1e-6)
+        if n > 2.2 * term.q * time:
+            assert walk < 1e-6 * term.q
+
+
+def test_a_term_that_white_noise_hides_does_not_drive_the_walk() -> None:
+    """The rival of a random walk whose time the record does not determine."""
+    rival = NoiseModel.of(White(N=2e-3), GaussMarkov(q=1.78e-3, T=0.9771), RandomWalk(K=1e-4))
+    assert parse(al.export("kalibr", {"x": rival}, rate=200.0))["gyroscope_random_walk"] < 5.3e-4
+
+
 # -- limits and choices -----------------------------------------------------------------------------------
 
 

@@ -192,7 +192,7 @@ def matlab_comes_back(case: Case, content: Any) -> None:
 
 def test_a_model_of_two_slow_terms_loses_neither() -> None:
     """The walk of a Gauss-Markov term alone was written where the model holds flicker beside it."""
-    model = NoiseModel.of(White(N=1e-4), Flicker(B=3e-5), GaussMarkov(q=1e-6, T=50.0), RandomWalk(K=1e-7))
+    model = NoiseModel.of(White(N=1e-4), Flicker(B=3e-5), GaussMarkov(q=1e-6, T=500.0), RandomWalk(K=1e-7))
     floor = (FLICKER_FLOOR * 3e-5) ** 2
     bounds = 1e-14 + 1e-12 + 3 * (floor / 1e-4) ** 2
     text = exporters.export("kalibr", {"g": model}, rate=RATE, digits=15)

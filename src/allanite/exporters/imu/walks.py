@@ -4,10 +4,12 @@
 ``k-only``
     The random walk K alone. Flicker is ignored: the bias drifts more than the filter believes.
 ``upper-bound``
-    sqrt(K^2 + q_c^2). For a Gauss-Markov term q_c is its driving density: a walk that drifts at least as much at every
-    averaging time. Flicker has no such density, so q_c is that of the walk which reaches the flicker floor where
+    sqrt(K^2 + q_c^2). Flicker has no driving density, so q_c is that of the walk which reaches the flicker floor where
     white noise meets it, at tau = N^2/(0.4413 B^2): above it wherever flicker exceeds white noise,
-    q_c = sqrt(3) 0.4413 B^2/N. With a correlation time T given, q_c = 1.5217 B/sqrt(T).
+    q_c = sqrt(3) 0.4413 B^2/N. For a Gauss-Markov term q_c is its driving density, a walk that drifts at least as much
+    at every averaging time; but no more than that of the flicker with the same peak, which is above it wherever it
+    exceeds white noise. A term of short T may nowhere exceed white noise: its q_c falls to zero (`_markov_bound`). With
+    a correlation time T given, flicker is the Gauss-Markov term of that time with the same peak.
 ``horizon=<seconds>``
     The walk whose Allan variance at that time is the model's, white noise aside.
 """
@@ -44,6 +46,8 @@ Rule = Callable[[str, Json, float], tuple[float, list[Number]]]
 Words = Callable[[frozenset[str]], list[str]]
 
 GAUSS_MARKOV = "Gauss-Markov"
+#: Least share of the Allan variance of white noise and flicker that white noise and the bounding walk have: 0.828.
+_COVERED = 2 * (math.sqrt(2) - 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +180,7 @@ def _bias(name: str, model: Json, noise: float, time: float | None, file: str) -
     """Of the Gauss-Markov terms, and of flicker: where the model has it, or could have it below a limit."""
     terms = [GaussMarkov(q=t["q"], T=t["T"]) for t in model["terms"] if t["type"] == "gauss_markov"]
     numbers = [Number(GAUSS_MARKOV, t.q, f"sigma {t.sigma:.4e}, T {t.T:.4g} s") for t in terms]
-    densities = [t.q for t in terms]
+    densities = [_markov_bound(t, noise) for t in terms]
     avars: list[Callable[[float], Any]] = [t.avar for t in terms]
     if not terms or any(t["type"] == "flicker" for t in model["terms"]):
         b = parameter(name, model, "B", file)
@@ -191,10 +195,33 @@ def _flicker(B: float, noise: float, time: float | None) -> tuple[float, Callabl
     """The density of the walk that bounds it, and its Allan variance."""
     if time is not None:
         matched = GaussMarkov.from_sigma(SIGMA_PER_B * B, time)
-        return matched.q, matched.avar
+        return _markov_bound(matched, noise), matched.avar
     floor = (FLICKER_FLOOR * B) ** 2
-    density = 0.0 if floor == 0 else math.sqrt(3) * floor / noise if noise > 0 else math.inf
-    return density, lambda _: floor
+    return _floor_bound(floor, noise), lambda _: floor
+
+
+def _floor_bound(floor: float, noise: float) -> float:
+    """The density of the walk that lies above a flicker floor [Allan variance] wherever that exceeds white noise.
+
+    Beside the white noise it leaves the Allan variance nowhere below `_COVERED` of the model's.
+    """
+    return 0.0 if floor == 0 else math.sqrt(3) * floor / noise if noise > 0 else math.inf
+
+
+def _markov_bound(term: GaussMarkov, noise: float) -> float:
+    """The same of a Gauss-Markov term, whose Allan variance is below q^2 tau/3, its peak and (q T)^2/tau.
+
+    The last is a white noise, beside which N covers the term where it is larger: from N^2 = 2.41 (q T)^2 on, the walk
+    is that which `_COVERED` asks for at tau = (q T)^2/peak, and none from 4.83 (q T)^2 on.
+    """
+    peak, slow = (FLICKER_FLOOR * term.B_equiv) ** 2, term.q * term.T
+    ratio = (noise / slow) ** 2 if slow > 0 else math.inf
+    bound = _floor_bound(peak, noise)
+    if ratio > 1 + math.sqrt(2):
+        bound = math.sqrt(3 * max(_COVERED - (1 - _COVERED) * ratio, 0.0)) * (
+            peak / slow if slow > 0 else 0.0
+        )
+    return min(term.q, bound)
 
 
 # -- words ----------------------------------------------------------------------------------------------------
@@ -221,10 +248,12 @@ def _upper_bound_words(held: frozenset[str], time: float | None) -> list[str]:
         else "walk = q_c (upper-bound), that of the bias instability; the models hold no random walk"
     ]
     if GAUSS_MARKOV in held:
-        lines.append("q_c of a Gauss-Markov term: its driving density")
+        lines.append(
+            "q_c of a Gauss-Markov term: its driving density, or less where white noise hides the term"
+        )
     if "B" in held:
         lines.append(
-            f"q_c of flicker: 1.5217 B/sqrt(T), T = {time:g} s as given"
+            f"q_c of flicker: 1.5217 B/sqrt(T), T = {time:g} s as given; at most 0.7643 B^2/N"
             if time
             else "q_c of flicker: 0.7643 B^2/N, the walk that lies above flicker wherever flicker exceeds white noise"
         )
