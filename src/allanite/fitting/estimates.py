@@ -22,11 +22,11 @@ def amplitude_estimate(
     Parameters
     ----------
     ends : (float, float)
-        Of its set.
+        Of its set, which holds `value` unless that is 0.
     value : float
         In the model of the terms that are supported or needed; 0 where the model does without.
     fallback : callable
-        In the full family: the estimate where `value` lies outside the set.
+        In the full family: the estimate of a supported term that the model does without.
     measured : str
         What was fitted, for the note: "curve", "record", "spectrum".
     """
@@ -34,7 +34,7 @@ def amplitude_estimate(
     if not supported:
         needed = f"; not resolved by itself, but the {measured} needs this term or one like it"
         return limit_estimate(symbol, high, needed if value > 0 else "")
-    if low <= value <= high:
+    if value > 0:
         return Estimate(symbol=symbol, value=value, lower=low, upper=high, supported=True)
     note = "estimate of the full family"
     return Estimate(symbol=symbol, value=fallback(), lower=low, upper=high, supported=True, note=note)
@@ -67,6 +67,8 @@ def time_estimate(symbol: str, ends: Ends | None, limits: Ends, value: float) ->
         Of its set; none where no Gauss-Markov term is supported.
     limits : (float, float)
         Between which times were looked for: an end that reaches them is none.
+    value : float
+        Of the model, within the set.
     """
     if ends is None:
         note = "no Gauss-Markov term is supported"
@@ -76,7 +78,7 @@ def time_estimate(symbol: str, ends: Ends | None, limits: Ends, value: float) ->
     missing = " and ".join(word for word, there in (("lower", starts), ("upper", stops)) if not there)
     return Estimate(
         symbol=symbol,
-        value=min(max(value, low), high),
+        value=value,
         lower=low if starts else 0.0,
         upper=high if stops else math.inf,
         supported=starts and stops,

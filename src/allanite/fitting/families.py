@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from allanite.fitting.design import MARKOV, SHORTEST_TIME, TIME_OF, Times
 from allanite.fitting.instrument import FLOOR, of_floor
 from allanite.fitting.inversion import CERTAIN
+from allanite.fitting.joined_sets import joined_sets
 from allanite.fitting.objective import CurveData, CurveSolution, distance, solve
 from allanite.fitting.sets import coefficient_set, critical_value, fisher_sd, time_set
 from allanite.lazy_dataclasses import dataclass
+from allanite.quantities.distributions import chi_square_quantile
 
 __all__ = [
     "FLICKER",
@@ -29,6 +31,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+Ends = tuple[float, float]
 
 FLICKER = ("Q", "N", "B", "K", "R")
 GAUSS_MARKOV = ("Q", "N", "G", "K", "R")
@@ -153,7 +156,7 @@ class CurveFamilyFit:
         Of the supported terms alone: the point estimates.
     supported : frozenset of str
     sets : dict of str to (float, float)
-        Variance coefficients; "T" in samples.
+        Variance coefficients; "T" in samples. Each holds the point estimate.
     """
 
     family: Family
@@ -180,7 +183,8 @@ def fit_family(family: Family, best: CurveSolution, confidence: float) -> CurveF
     for s in (s for s in family.markov if s in supported):
         critical = critical_value(family.curve, best, TIME_OF[s], supported, confidence)
         sets[TIME_OF[s]] = time_set(family.curve, family, best, s, critical, family.times)
-    return CurveFamilyFit(family, best, _selected(family, best, supported), supported, sets)
+    chosen = _selected(family, best, supported)
+    return CurveFamilyFit(family, best, chosen, supported, _joined(family, chosen, sets, confidence))
 
 
 def flicker_limit(fit: CurveFamilyFit, confidence: float) -> float:
@@ -217,6 +221,33 @@ def _selected(family: Family, best: CurveSolution, supported: frozenset[str]) ->
         chosen.add(symbol)
         fit = tried[symbol]
     return fit
+
+
+def _joined(
+    family: Family, chosen: CurveSolution, sets: Mapping[str, Ends], confidence: float
+) -> dict[str, Ends]:
+    """The sets, each joined with that of the chosen terms where it leaves out their value."""
+    kept = [s for s in family.symbols if chosen.coefficient(s) > 0 or of_floor(s)]
+    named = dict(
+        zip([s for s in kept if s in MARKOV], MARKOV, strict=False)
+    )  # of two, the slower one is left
+    symbols = tuple(named.get(s, s) for s in kept)
+    times = {s: T for s, T in zip(family.markov, chosen.times, strict=True) if s in named}
+    c = np.array([chosen.coefficient(s) for s in kept])
+    alone, fewer = (
+        replace(chosen, symbols=symbols, c=c, times=tuple(times.values())),
+        replace(family, symbols=symbols),
+    )
+    critical = chi_square_quantile(confidence, 1)
+
+    def of_chosen(key: str) -> Ends:
+        term = next((s for s, T in TIME_OF.items() if T == key), None)
+        if term is None:
+            return coefficient_set(family.curve, fewer, alone, named.get(key, key), critical)
+        return time_set(family.curve, fewer, alone, named[term], critical, family.times)
+
+    values = {s: chosen.coefficient(s) for s in kept} | {TIME_OF[s]: T for s, T in times.items()}
+    return joined_sets(sets, values, of_chosen)
 
 
 def _only(family: Family, best: CurveSolution, chosen: set[str]) -> CurveSolution:

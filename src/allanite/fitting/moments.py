@@ -315,12 +315,15 @@ def _estimate(fit: CurveFamilyFit, symbol: str, scale: float, dt: float) -> Esti
 
 def _time_estimate(fit: CurveFamilyFit, symbol: str, dt: float) -> Estimate:
     shortest, longest = fit.family.times
-    ends = fit.sets.get(TIME_OF[symbol])
+    ends, at = (
+        fit.sets.get(TIME_OF[symbol]),
+        fit.selected if fit.selected.coefficient(symbol) > 0 else fit.best,
+    )
     return time_estimate(
         TIME_OF[symbol],
         None if ends is None else (ends[0] * dt, ends[1] * dt),
         (shortest * dt, longest * dt),
-        fit.selected.times[fit.family.markov.index(symbol)] * dt,
+        at.times[fit.family.markov.index(symbol)] * dt,
     )
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from allanite.fitting.joined_sets import joined_sets
 from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem
 from allanite.fitting.likelihood.profile import (
@@ -21,6 +22,7 @@ from allanite.fitting.likelihood.profile import (
     time_set,
 )
 from allanite.lazy_dataclasses import dataclass
+from allanite.quantities.distributions import chi_square_quantile
 
 __all__ = [
     "FLICKER",
@@ -51,7 +53,8 @@ class LikelihoodFamilyFit:
     selected : Peak
         The point estimates: the terms that are supported, or all that were given.
     sets : dict of int to (float, float)
-        Variance coefficients, and correlation times [samples] of supported terms, by place.
+        Variance coefficients, and correlation times [samples] of supported terms, by place. Each holds the point
+        estimate.
     supported : frozenset of int
         Places of letters.
     slope : (float, float) or None
@@ -115,7 +118,7 @@ def fit_family(
     known = LikelihoodFamilyFit(
         letters=letters, best=best, selected=best, sets=sets, supported=supported, slope=slope
     )
-    return known if keep else _selected(problem, known)
+    return known if keep else _selected(problem, known, confidence)
 
 
 def flicker_limit(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: float) -> float:
@@ -164,7 +167,7 @@ class _FitWithoutTerm:
         return self._found
 
 
-def _selected(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> LikelihoodFamilyFit:
+def _selected(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: float) -> LikelihoodFamilyFit:
     """The supported terms, and as many more as the record needs though none of them is resolved by itself."""
     best = fit.best if fit.ramp else problem.search.climb(replace(fit.best.at, slope=0.0, averaged=False))
 
@@ -181,4 +184,33 @@ def _selected(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> Likelihoo
         tried = {i: of([*chosen, i]) for i in rest}
         added = max(rest, key=lambda i: tried[i].log_likelihood)
         chosen, peak = [*chosen, added], tried[added]
-    return fit if peak is None else replace(fit, selected=peak)
+    if peak is None:
+        return fit
+    return replace(fit, selected=peak, sets=_joined(problem, fit, peak, sorted(chosen), confidence))
+
+
+def _joined(
+    problem: LikelihoodProblem, fit: LikelihoodFamilyFit, chosen: Peak, places: list[int], confidence: float
+) -> dict[int, tuple[float, float]]:
+    """The sets, each joined with that of the chosen terms where it leaves out their value.
+
+    Parameters
+    ----------
+    places : list of int
+        Of the chosen terms, in their order.
+    """
+    n, at = len(fit.letters), chosen.at
+    critical = chi_square_quantile(confidence, 1)
+    timed = [i for i, s in enumerate(fit.letters) if s == "G"]
+    values = {i: float(c) for i, c in zip(places, at.c, strict=True) if c > 0}
+    term_of = {n + timed.index(i): i for i in timed if i in values}
+    values |= {place: at.components[places.index(i)].T or 0.0 for place, i in term_of.items()}
+
+    def of_chosen(place: int) -> tuple[float, float]:
+        i = places.index(term_of.get(place, place))
+        if place in term_of:
+            return time_set(problem.search, chosen, i, critical)
+        rest = tuple(fit.letters[p] for p in places)
+        return coefficient_set(problem.search, chosen, i, critical, _FitWithoutTerm(problem, rest, i, chosen))
+
+    return joined_sets(fit.sets, values, of_chosen)

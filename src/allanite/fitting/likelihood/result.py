@@ -310,7 +310,7 @@ def _estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence:
     sigmas = [e for e in estimates if e.symbol.startswith("sigma")]
     quick = 0
     for place, sigma in zip(range(n, len(names)), sigmas, strict=True):
-        time = _time_estimate(problem, fit, place, values)
+        time = _time_estimate(problem, fit, place, values if values.get(sigma.symbol, 0.0) > 0 else full)
         is_bandwidth = sigma.supported and time.value is not None and is_quick(time.value / problem.dt)
         quick += is_bandwidth
         markov += [*([] if is_bandwidth else [equivalent_flicker(sigma)]), time]
@@ -360,7 +360,7 @@ def _point_values(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> dict[
 
 
 def _time_estimate(
-    problem: LikelihoodProblem, fit: LikelihoodFamilyFit, place: int, values: dict[str, float]
+    problem: LikelihoodProblem, fit: LikelihoodFamilyFit, place: int, values: Mapping[str, float]
 ) -> Estimate:
     name, dt = problem.names(fit.best)[place], problem.dt
     shortest, longest = problem.search.times
@@ -369,7 +369,7 @@ def _time_estimate(
         name,
         None if ends is None else (ends[0] * dt, ends[1] * dt),
         (shortest * dt, longest * dt),
-        values.get(name, 0.0),
+        values[name],
     )
 
 
@@ -380,5 +380,5 @@ def _slope_estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> li
     low, high = sorted(problem.slope(s) for s in fit.slope)
     if not fit.ramp:
         return [limit_estimate("R", high)]
-    value = min(max(problem.slope(fit.selected.value.slope), low), high)
-    return [Estimate(symbol="R", value=value, lower=low, upper=high, supported=True)]
+    value = problem.slope(fit.selected.value.slope)
+    return [Estimate(symbol="R", value=value, lower=min(low, value), upper=max(high, value), supported=True)]

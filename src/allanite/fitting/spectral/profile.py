@@ -9,6 +9,7 @@ the nuisances are known, larger where several of them sit at zero and may only g
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FitError
 from allanite.fitting.inversion import CERTAIN, cone_point, crossing, end_of_set, end_of_time
+from allanite.fitting.joined_sets import joined_sets
 from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
 from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.distributions import chi_square_quantile, student_quantile
@@ -44,6 +46,7 @@ class WhittleFit:
         Places of the supported letters.
     sets : dict of int to (float, float)
         Variance coefficients by place (a ramp: its squared slope); correlation times [s] by place + number of letters.
+        Each holds the point estimate.
     """
 
     problem: WhittleProblem
@@ -79,6 +82,8 @@ def fitted(
             critical = _critical(problem, full, g + len(problem.letters), supported, confidence)
             sets[g + len(problem.letters)] = _time_set(problem, full, k, critical)
     chosen = full if keep else _chosen(problem, full, supported)
+    if not keep:
+        sets = _joined(problem, chosen, sets, confidence)
     return WhittleFit(problem=problem, full=full, chosen=chosen, supported=supported, sets=sets)
 
 
@@ -234,6 +239,31 @@ def _chosen(problem: WhittleProblem, full: WhittleSolution, supported: frozenset
         taken.add(best)
         at = tried[best]
     return at
+
+
+def _joined(
+    problem: WhittleProblem,
+    chosen: WhittleSolution,
+    sets: Mapping[int, tuple[float, float]],
+    confidence: float,
+) -> dict[int, tuple[float, float]]:
+    """The sets, each joined with that of the chosen terms where it leaves out their value."""
+    n = len(problem.letters)
+    values = {i: size for i in range(n) if (size := _size(problem, chosen, i)) > 0}
+    places = list(values)
+    fewer = replace(problem, letters=tuple(problem.letters[i] for i in places))
+    times = {g: T for g, T in zip(problem.markov, chosen.times, strict=True) if g in values}
+    alone = replace(chosen, c=chosen.c[places], times=tuple(times.values()))
+    plain = chi_square_quantile(confidence, 1)
+
+    def of_chosen(place: int) -> tuple[float, float]:
+        if place >= n:
+            return _time_set(fewer, alone, list(times).index(place - n), plain)
+        if problem.letters[place] == "R":
+            return _ramp_set(fewer, alone, ramp_point(fewer, alone, confidence))
+        return _set(fewer, alone, places.index(place), plain, deviations(fewer, alone))
+
+    return joined_sets(sets, values | {g + n: T for g, T in times.items()}, of_chosen)
 
 
 def _only(problem: WhittleProblem, full: WhittleSolution, taken: set[int]) -> WhittleSolution:

@@ -56,7 +56,8 @@ def _suffix(fit: WhittleFit, i: int) -> str:
 
 
 def _time(fit: WhittleFit, i: int) -> float:
-    return fit.chosen.times[fit.problem.markov.index(i)]
+    at = fit.chosen if fit.chosen.c[i] > 0 else fit.full
+    return at.times[fit.problem.markov.index(i)]
 
 
 def _terms(fit: WhittleFit) -> tuple[TermType, ...]:
