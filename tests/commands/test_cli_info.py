@@ -89,7 +89,10 @@ def test_a_dead_channel_is_left_out_by_an_option_that_there_is(run: Run, dead: P
     out = tmp_path / "out"
     done = run("characterize", dead, "--accept", "no_noise_resolved", "--out", out)
     said = one_line(done.out)
-    assert "no imu.yaml: channel 'gy' has no noise model: leave it out, with --channels gx,gz" in said
+    assert (
+        "imu.yaml was not written: channel 'gy' has no noise model: leave it out, with --channels gx,gz"
+        in said
+    )
     refused = run("export", "kalibr", out / "study.json")
     assert refused.code == 1
     assert "--gyroscope gx,gz of `allanite export`" in one_line(refused.err)

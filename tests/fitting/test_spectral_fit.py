@@ -17,8 +17,10 @@ import allanite as al
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.slow_contrasts import slow_contrasts
 from allanite.fitting.spectral.agreement import disagreement
+from allanite.fitting.spectral.disagreements import Disagreement, Parted
 from allanite.fitting.spectral.estimation import fit_spectral, spectral_ordinates
 from allanite.fitting.spectral.modes import slow_modes
+from allanite.fitting.spectral.remarks import agreement_findings
 from allanite.fitting.spectral.whittle import WhittleProblem
 from allanite.noise import (
     Flicker,
@@ -31,6 +33,7 @@ from allanite.noise import (
     TermType,
     White,
 )
+from allanite.recording.health.finding import Severity
 from allanite.recording.records import Recording
 
 RATE = 20.0
@@ -313,6 +316,38 @@ def test_a_true_model_agrees_with_the_spectrum_and_a_wrong_one_does_not() -> Non
     assert wrong is not None and wrong.whole and 0.9 < wrong.ratio < 0.97
     slow = disagreement(NoiseModel.of(*MIXED.terms[:2], RandomWalk(K=1e-4)), data)
     assert slow is not None and slow.band[1] < 0.1 and "times that of the curve's model" in slow.words
+
+
+@pytest.mark.parametrize(
+    ("factor", "severity"),
+    [(1.03, Severity.INFO), (0.97, Severity.INFO), (1.2, Severity.WARNING), (0.8, Severity.WARNING)],
+)
+def test_a_disagreement_is_graded_by_its_size_and_not_by_its_certainty(
+    factor: float, severity: Severity
+) -> None:
+    record = simulated(NoiseModel.of(White(N=1e-3)), 60_000, seed=10)
+    model = NoiseModel.of(White(N=factor * 1e-3))
+    found = agreement_findings(model, record, spectral_ordinates(record, "x")[1])
+    assert [f.severity for f in found] == [severity]
+
+
+@pytest.mark.parametrize(
+    ("ratio", "whole", "pairs", "size"),
+    [
+        (1.21, True, [], 0.1),
+        (1 / 1.21, True, [], 0.1),
+        (787.0**2, True, [(1.0, 1.01)], 786.0),
+        (4.0, False, [(1.0, 1.01)], 0.01),
+        (1.0, True, [(1.5, 1.0), (1.0, 1.01)], 0.5),
+        (1.0, True, [(1.5, 0.0)], math.inf),
+    ],
+)
+def test_the_size_of_a_disagreement_is_its_largest_factor(
+    ratio: float, whole: bool, pairs: list[tuple[float, float]], size: float
+) -> None:
+    parameters = tuple(Parted(symbol="N", lags=a, frequencies=b) for a, b in pairs)
+    parted = Disagreement(p=1e-9, band=(1.0, 2.0), ratio=ratio, parameters=parameters, whole=whole)
+    assert parted.size == pytest.approx(size)
 
 
 def test_a_hump_that_the_curve_averages_is_a_finding() -> None:

@@ -7,7 +7,7 @@
 % CAUTION: set gb_psd and ab_psd after imu_si_errors, in SI: NaveGo derives them from gb_dyn in different ways
 % bias = first-order Gauss-Markov process: sigma its stationary standard deviation, T its time
 % of flicker: sigma = 1.0760 B, the process with the same peak of the Allan deviation, with T = 100 s as given
-% one number for all axes: the worst axis of each parameter; not inflated
+% one number for all axes, from the worst axis for each parameter; not inflated
 % B: IEEE Std 952 coefficient (floor of the Allan deviation / 0.664)
 % [ ]: 95 % interval
 % LEFT OUT: not in the numbers of this file

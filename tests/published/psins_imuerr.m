@@ -7,7 +7,7 @@
 % bias = first-order Gauss-Markov process: sigma its stationary standard deviation, T its time
 % of flicker: sigma = 1.0760 B, the process with the same peak of the Allan deviation, with T = 100 s as given
 % the random walk K has no slot beside it: over long times the bias drifts more
-% one number for all axes: the root mean square of the axes; not inflated
+% one number for all axes, the root mean square of the axes; not inflated
 % B: IEEE Std 952 coefficient (floor of the Allan deviation / 0.664)
 % [ ]: 95 % interval
 % LEFT OUT: not in the numbers of this file

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
@@ -451,9 +452,9 @@ def test_b17_one_spike_of_1000_sigma(rng: np.random.Generator) -> None:
     samples[77_777] += 1000.0
     finding = only(samples, "spikes")
     assert (finding.severity, finding.count, finding.places) == (Severity.WARNING, 1, ((77_777, 77_778),))
-    with_it = float(finding.message.split("raise N by ")[1].split(" %")[0])
-    assert with_it == pytest.approx(100.0 * (math.sqrt(6.0) - 1.0), rel=0.02)  # sqrt(1 + 1000^2/2e5)
-    assert "by 0 % with 1 sample excluded" in finding.message
+    with_it = float(finding.message.split("it makes N ")[1].split(" times as large")[0])
+    assert with_it == pytest.approx(math.sqrt(6.0), rel=0.02)  # sqrt(1 + 1000^2/2e5)
+    assert finding.message.endswith("; with 1 sample excluded, N is unaffected")
     prepared, _ = prepare(record(samples), [finding])
     assert np.flatnonzero(np.isnan(prepared.values("signal"))).tolist() == [77_777]
 
@@ -464,6 +465,7 @@ def test_b17_small_impulses_are_reported_and_kept(rng: np.random.Generator) -> N
     samples[[1000, 250_000]] += [12.0, -11.0]
     finding = only(samples, "spikes")
     assert (finding.severity, finding.count, finding.excludes) == (Severity.INFO, 2, False)
+    assert re.search(r"; they make N 0\.\d+ % larger$", finding.message)
     prepared, _ = prepare(record(samples), [finding])
     assert not np.isnan(prepared.values("signal")).any()
 

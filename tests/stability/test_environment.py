@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from verification.simulators import gauss_markov
 
 import allanite as al
 from allanite.commands.measurement import file_names
@@ -21,6 +22,7 @@ from allanite.filtering.regression import LEVEL, covariance_of, regress
 from allanite.filtering.simulation import Temperature, simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.noise.allan import allan_curve
+from allanite.recording.health.finding import Severity
 from allanite.recording.records import Channel, Recording
 from allanite.stability.environment.climate import Climate, smoothed
 from allanite.stability.environment.correction import LEAST, Correction, allan_products, correction_of
@@ -32,6 +34,7 @@ from allanite.stability.environment.estimation import (
 )
 from allanite.stability.environment.noise_left_open import Noise
 from allanite.stability.environment.results import EnvironmentEstimate, FreedRecording
+from allanite.stability.environment.warming import settles
 from allanite.views.blocks import TableBlock
 from allanite.views.environment import coefficient_table
 from allanite.views.figures import plot
@@ -518,3 +521,48 @@ def test_f10_a_channel_names_no_place_outside_of_the_folder(run: Run, tmp_path: 
     for name in made:
         assert (tmp_path / name).parent == tmp_path and len(name.encode()) < 120
         (tmp_path / name).touch()
+
+
+# -- a warm-up that nobody asked about ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("slow", "walk"), [(0.0, 0.0), (0.0, 1e-4), (1e-4, 3e-5)])
+def test_characterize_reports_a_warm_up_and_takes_no_slow_noise_for_one(
+    seed: int, slow: float, walk: float
+) -> None:
+    rng = np.random.default_rng([20261128, seed])
+    rate, n = 20.0, 18_000
+    y = 2e-4 * np.sqrt(rate) * rng.standard_normal(n) + walk / np.sqrt(rate) * np.cumsum(
+        rng.standard_normal(n)
+    )
+    if slow:
+        y += gauss_markov(rng, n, slow, 60.0 * rate)
+    warm = 20e-3 * np.exp(-np.arange(n) / rate / 150.0)
+    for added, found in ((0.0, False), (warm, True)):
+        record = al.Recording.from_rate(y + added, rate=rate, unit="rad/s", names="x")
+        study = al.characterize(record)
+        remarks = [f for f in study.findings if f.code == "warm_up"]
+        assert bool(remarks) is found
+        assert all(
+            f.severity is Severity.WARNING and f.message.endswith("left in the record") for f in remarks
+        )
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-6, 1.0])
+def test_settling_is_seen_in_white_noise_alone_and_not_in_a_constant(size: float) -> None:
+    """The question that is asked before the noise is fitted."""
+    rng = np.random.default_rng(20261128)
+    decay = size * np.exp(-np.arange(3000) / 400.0)
+    for noise in (0.0, 1e-2):
+        record = al.Recording.from_rate(
+            3.0 + decay + noise * rng.standard_normal(3000), rate=1.0, unit="V", names="x"
+        )
+        assert settles(Climate.of(record, "x", None), 1e-3) is bool(size > noise)
+
+
+@pytest.mark.parametrize(("kind", "unit"), [("angle", "rad"), ("phase", "s"), ("velocity", "m/s")])
+def test_characterize_of_running_sums_looks_for_no_warm_up(kind: str, unit: str) -> None:
+    y = np.cumsum(np.random.default_rng(20261128).standard_normal(4000)) + np.exp(-np.arange(4000) / 500.0)
+    record = al.Recording.from_rate(1e-6 * y, rate=1.0, unit=unit, kind=kind, names="x")
+    assert not any(f.code == "warm_up" for f in al.characterize(record).findings)

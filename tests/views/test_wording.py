@@ -231,7 +231,11 @@ def test_a_limit_of_noise_that_is_there_is_not_read_as_none() -> None:
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("symbols", "said"),
-    [(["K"], "(K)"), (["B", "R"], "Low-frequency noise is present"), (["N"], "Noise beyond")],
+    [
+        (["K"], "(K or a similar term)"),
+        (["B", "R"], "Low-frequency noise is present"),
+        (["N"], "Noise beyond"),
+    ],
 )
 def test_white_noise_that_is_needed_is_not_called_slow(symbols: list[str], said: str) -> None:
     estimates = tuple(limit_estimate(s, 1.0, "; the record needs this term or one like it") for s in symbols)

@@ -143,7 +143,7 @@ def write_results(
         export("kalibr", study, yaml, force=force)
         files.append(yaml)
     except (InputError, DataQualityError) as refusal:
-        notes.append(f"no {yaml.name}: {refusal}")
+        notes.append(f"{yaml.name} was not written: {refusal}")
     render(study, report, force=force, beside=[path.name for path in files])
     return Delivered(files=(report, *files, *drawn), notes=tuple(notes))
 

@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 from allanite.errors import InputError
 from allanite.quantities.units import parse_unit
 
-__all__ = ["coefficient_unit", "display_unit", "si_unit"]
+__all__ = ["coefficient_unit", "display_unit", "read_in_si", "si_unit"]
 
 # symbol, for rate and angle channels, for acceleration and velocity, in the channel's own unit
 _DISPLAY = """
@@ -28,6 +31,17 @@ _DISPLAY_UNITS = {row[0]: row[1:] for row in map(str.split, _DISPLAY.strip().spl
 _DISPLAY_COLUMN = {"rate": 0, "angle": 0, "acceleration": 1, "velocity": 1}
 #: Of clocks, in SI: seconds, and fractional frequency, which has no dimension.
 _CLOCK_UNITS = {"Q": "s", "N": "1/√Hz", "K": "1/√s", "R": "1/s", "q": "1/√s"}
+_IN_SI: ContextVar[bool] = ContextVar("in_si", default=False)
+
+
+@contextmanager
+def read_in_si(asked: bool) -> Iterator[None]:
+    """Within it, where `asked`, people read SI: one choice for all that one command prints."""
+    before = _IN_SI.set(asked)
+    try:
+        yield
+    finally:
+        _IN_SI.reset(before)
 
 
 def display_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
@@ -63,6 +77,8 @@ def display_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
         raise InputError(f"no noise coefficient named {symbol!r}")
     if kind in ("phase", "frequency"):
         return ("s" if kind == "phase" and symbol in ("mean", "sd") else _CLOCK_UNITS.get(symbol, "1")), 1.0
+    if kind in _DISPLAY_COLUMN and _IN_SI.get():
+        return si_unit(kind, symbol), 1.0
     if kind in _DISPLAY_COLUMN:
         text = _DISPLAY_UNITS[symbol][_DISPLAY_COLUMN[kind]]
         return text, parse_unit(text).factor

@@ -129,7 +129,19 @@ def channel_study(
         contamination=fitted.contamination,
         floor=over_its_floor,
     )
-    return channel, [*spectral_findings(lines.spectrum, bent.reasons, name), *fitted.findings, *floor_remarks]
+    remarks = [*spectral_findings(lines.spectrum, bent.reasons, name), *fitted.findings, *floor_remarks]
+    if environment is None and floor is None:
+        remarks += _warm_up(recording, name)
+    return channel, remarks
+
+
+def _warm_up(recording: Recording, name: str) -> list[Finding]:
+    """A warm-up that nobody asked about."""
+    from allanite.stability.environment.estimation import warm_up_left_in
+    from allanite.stability.environment.remarks import warm_up_remark
+
+    warm = warm_up_left_in(recording, name)
+    return [] if warm is None else [warm_up_remark(name, warm, recording.n_samples)]
 
 
 # -- curves ------------------------------------------------------------------------------------------------

@@ -43,8 +43,8 @@ UNITS = {
 _KINDS = {GYROSCOPE: ("rate", "angle"), ACCELEROMETER: ("acceleration", "velocity")}
 _TERM_OF = {"N": "white", "B": "flicker", "K": "random_walk"}
 _RULES = {
-    "worst": "one number for all axes: the worst axis of each parameter",
-    "rms": "one number for all axes: the root mean square of the axes",
+    "worst": "one number for all axes, from the worst axis for each parameter",
+    "rms": "one number for all axes, the root mean square of the axes",
     "each": "each axis has its own number, in the order x, y, z of the channels below",
 }
 
@@ -113,7 +113,7 @@ def refuse_nothing(document: Json, chosen: Mapping[str, Sequence[Json]], file: s
         channels = document["channels"]
         kinds = ", ".join(f"{c['name']} ({c['kind']})" for c in channels)
         raise InputError(
-            f"{file} needs an angle rate or an acceleration in known units; the study holds {kinds or 'no channel'}"
+            f"{file} needs an angular rate or an acceleration in known units; the study holds {kinds or 'no channel'}"
             f"{_way_out(channels)}"
         )
 

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.result import Result
 
@@ -49,6 +51,13 @@ class Disagreement(Result):
     ratio: float
     parameters: tuple[Parted, ...]
     whole: bool
+
+    @property
+    def size(self) -> float:
+        """The largest relative change of a root density, or of a parameter, that it amounts to."""
+        factors = [math.sqrt(self.ratio)] if self.whole else []
+        factors += [each.frequencies / each.lags for each in self.parameters]
+        return max((max(f, 1 / f) - 1 if f > 0 else math.inf for f in factors), default=0.0)
 
     @property
     def words(self) -> str:

@@ -17,6 +17,7 @@ from allanite.recording.records import Recording
 __all__ = ["agreement_findings", "spectral_findings"]
 
 _NAMED = 5  # lines that a message names
+_TRIFLE = 0.05  # relative change of a coefficient that decides nothing, however sure it is
 
 
 def spectral_findings(spectrum: Spectrum, reasons: Sequence[str], name: str) -> list[Finding]:
@@ -92,7 +93,7 @@ def agreement_findings(
         finding(
             "lag_and_frequency_disagree",
             f"{spectrum.channel}: {parted.words}",
-            severity=Severity.WARNING,
+            severity=Severity.WARNING if parted.size > _TRIFLE else Severity.INFO,
             channel=spectrum.channel,
             count=1,
         )

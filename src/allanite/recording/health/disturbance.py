@@ -149,10 +149,10 @@ def _spikes(survey: ChannelSurvey, outliers: Impulses, excess: Samples) -> Findi
     k = int(np.argmax(np.abs(outliers.deviation)))
     deviation = float(outliers.deviation[k])
     largest = f"{deviation:+.3g}{survey.unit} ({short(abs(deviation) / float(outliers.sigma[k]))} sigma)"
-    effect = f"they raise N by {percent(_raise(excess))}"
+    effect = f"{'it makes' if len(outliers.position) == 1 else 'they make'} N {_larger(excess)}"
     if len(out):
         count = int(np.diff(bursts[out], axis=1).sum())
-        effect += f", and by {percent(_raise(np.delete(sums, out)))} with {plural(count, 'sample')} excluded"
+        effect += f"; with {plural(count, 'sample')} excluded, N is {_larger(np.delete(sums, out))}"
     shown = out if len(out) else np.arange(len(bursts))
     return finding(
         "spikes",
@@ -189,8 +189,16 @@ def _largest(excess: Samples) -> NDArray[np.int64]:
     return order[(excess[order] > ALONE) | (left > IN_SUM)]
 
 
-def _raise(excess: Samples) -> float:
-    return math.sqrt(1.0 + float(excess.sum())) - 1.0
+#: Relative change of N below which impulses leave it as it is.
+_UNSEEN = 5e-5
+
+
+def _larger(excess: Samples) -> str:
+    """What impulses do to N: "3.2 % larger", "11.6 times as large", "unaffected"."""
+    factor = math.sqrt(1.0 + float(excess.sum()))
+    if factor - 1.0 < _UNSEEN:
+        return "unaffected"
+    return f"{percent(factor - 1.0)} larger" if factor < 2.0 else f"{short(factor)} times as large"
 
 
 # -- rest -------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import DataQualityError, InputError
+from allanite.errors import DataQualityError, FitError, InputError
 from allanite.filtering.regression import LEVEL
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
@@ -45,11 +45,12 @@ from allanite.stability.environment.warming import (
     offered,
     refined,
     settled_after,
+    settles,
     terms_of,
     together,
 )
 
-__all__ = ["free_of_environment", "regress_environment", "warm_ups_to_cut"]
+__all__ = ["free_of_environment", "regress_environment", "warm_up_left_in", "warm_ups_to_cut"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -67,6 +68,8 @@ REMAINING = 0.25
 SURE = 0.01
 #: A second exponential is fitted below this probability.
 SECOND = 0.01
+#: A warm-up that was not asked about is found below this probability: every record is looked through for it.
+UNASKED = 1e-3
 #: Instants of the picture.
 INSTANTS = 800
 
@@ -222,6 +225,22 @@ def warm_ups_to_cut(
     if last == 0:
         return warm_ups
     return {n: replace(w, action="cut", cut=last) for n, w in warm_ups.items()}
+
+
+def warm_up_left_in(recording: Recording, channel: str) -> WarmUp | None:
+    """The warm-up of a channel whose environment nobody asked about; None without one.
+
+    It stays in the record. A record that is too short to show one has none, nor has a channel of running sums (angles,
+    phases).
+    """
+    case = _Case(recording=recording, channel=channel, temperature=None, model=None, confidence=0.95)
+    try:
+        if not settles(Climate.of(recording, channel, None), UNASKED):
+            return None
+        warm = case.warming(None)[0]
+    except (InputError, DataQualityError, FitError):
+        return None
+    return warm if warm.found and (warm.p or 0.0) < UNASKED else None
 
 
 def _channel(recording: Recording, channel: str | None, temperature: str | None) -> str:

@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from allanite.recording.health.finding import Finding, Severity, finding
-from allanite.stability.environment.results import EnvironmentEstimate
+from allanite.stability.environment.results import EnvironmentEstimate, WarmUp
 
-__all__ = ["remarks"]
+__all__ = ["remarks", "warm_up_remark"]
 
 
 def remarks(estimate: EnvironmentEstimate) -> Iterator[Finding]:
@@ -41,19 +41,23 @@ def remarks(estimate: EnvironmentEstimate) -> Iterator[Finding]:
             channel=name,
             count=n,
         )
-    warm = estimate.warm_up
-    if warm.found:
-        done = {
-            "modelled": "modeled and removed",
-            "cut": f"cut: the first {warm.cut or 0:.4g} s are not used",
-        }
-        yield finding(
-            "warm_up",
-            f"{name}: {warm.says}; {done.get(warm.action, 'left in the record')}",
-            severity=Severity.WARNING if warm.action == "left in" else Severity.INFO,
-            channel=name,
-            count=n,
-        )
+    if estimate.warm_up.found:
+        yield warm_up_remark(name, estimate.warm_up, n)
+
+
+def warm_up_remark(name: str, warm: WarmUp, n_samples: int) -> Finding:
+    """The finding of a warm-up that is there."""
+    done = {
+        "modelled": "modeled and removed",
+        "cut": f"cut: the first {warm.cut or 0:.4g} s are not used",
+    }
+    return finding(
+        "warm_up",
+        f"{name}: {warm.says}; {done.get(warm.action, 'left in the record')}",
+        severity=Severity.WARNING if warm.action == "left in" else Severity.INFO,
+        channel=name,
+        count=n_samples,
+    )
 
 
 def _listed(estimate: EnvironmentEstimate) -> str:

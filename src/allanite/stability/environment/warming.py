@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 from allanite.filtering.regression import Whitener
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
+from allanite.quantities.distributions import chi_square_tail
 from allanite.stability.environment.climate import Climate
 from allanite.stability.environment.design import WarmUpDecay
 from allanite.stability.environment.noise_left_open import Noise
 from allanite.stability.environment.results import WarmUpTerm
 
-__all__ = ["FOUND", "Look", "look_for_warm_up", "offered", "refined", "settled_after"]
+__all__ = ["FOUND", "Look", "look_for_warm_up", "offered", "refined", "settled_after", "settles"]
 
 Array = NDArray[np.float64]
 
@@ -64,6 +65,29 @@ def offered(climate: Climate) -> tuple[WarmUpDecay, ...]:
     length = climate.size * climate.dt
     count = int(math.log(LONGEST * length / (SHORTEST * climate.dt)) / math.log(RATIO)) + 1
     return tuple(WarmUpDecay(T=LONGEST * length / RATIO**k) for k in range(count))
+
+
+def settles(climate: Climate, level: float) -> bool:
+    """Whether an exponential stands out of what is left beside it, were that white noise.
+
+    Slow noise makes this far too easy. It is asked first because it costs nothing: where the answer is no, the noise
+    need not be fitted.
+    """
+    part = climate.blocks.part
+    present = part > 0
+    decays = offered(climate)
+    weight = np.sqrt(part[present])
+    columns = np.exp(-climate.middle[present, None] / [d.T for d in decays]) * weight[:, None]
+    flat = (weight / np.linalg.norm(weight))[:, None]
+    y = climate.blocks.mean[present] * weight
+    y, columns = (x - flat @ (flat.T @ x) for x in (y[:, None], columns))
+    total = float((y**2).sum())
+    if total == 0 or len(y) < 3:
+        return False
+    explained = (columns.T @ y)[:, 0] ** 2 / (columns**2).sum(axis=0)
+    best = float(explained.max())
+    left = max(total - best, 1e-12 * total) / (len(y) - 2)
+    return chi_square_tail(best / left, 1) * len(decays) < level
 
 
 def together(decays: Sequence[WarmUpDecay]) -> list[str]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from allanite.quantities.display_units import read_in_si
 from allanite.recording.health.finding import Severity
 from allanite.study.result_document import Reportable
 from allanite.views.blocks import (
@@ -55,7 +56,9 @@ def show_document(
     style: TerminalStyle = BRIEF,
 ) -> None:
     """The document of a command."""
-    show_page(view_of(document), files, notes, style=style)
+    with read_in_si(style.si):
+        page = view_of(document)
+    show_page(page, files, notes, style=style)
 
 
 def show_page(
@@ -64,7 +67,8 @@ def show_page(
     """A page: its answer first, then what was found in the record, and at its end notes and files."""
     out = console()
     if not style.quiet:
-        blocks = list(page.blocks())
+        with read_in_si(style.si):
+            blocks = list(page.blocks())
         findings = [block for block in blocks if isinstance(block, Findings)]
         for each in (block for block in findings if block.first):
             show_movement(each.findings)
@@ -97,7 +101,9 @@ def show_models(channels: Sequence[ChannelModels], *, style: TerminalStyle = BRI
     """The coefficients of models that were fitted."""
     from allanite.views.study import parameter_blocks
 
-    show_blocks(parameter_blocks(channels), style=style)
+    with read_in_si(style.si):
+        blocks = list(parameter_blocks(channels))
+    show_blocks(blocks, style=style)
 
 
 def _show(out: Console, block: PageBlock, style: TerminalStyle) -> None:

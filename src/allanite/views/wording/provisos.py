@@ -56,8 +56,8 @@ def _needed(model: NoiseModel) -> Iterator[str]:
     if needed:
         what = "Low-frequency noise" if _SLOW.issuperset(needed) else "Noise beyond the resolved terms"
         yield (
-            f"{what} is present, but the record is too short to tell which kind ({' or '.join(needed)}): each term is "
-            "given as an upper limit."
+            f"{what} is present, but the record is too short to tell which term causes it "
+            f"({' or '.join([*needed, 'a similar term'])}): each term is given as an upper limit."
         )
 
 

@@ -172,9 +172,10 @@ SENSOR: dict[str, FindingKind] = {
     ),
     "lag_and_frequency_disagree": FindingKind(
         group=_SPECTRUM,
-        severity="warning",
+        severity="info, warning",
         means="the spectrum of the record disagrees with the model fitted to its Allan curve",
-        risk="the curve includes something other than noise: the named coefficients or the named band are doubtful",
+        risk="the curve includes something other than noise: the named coefficients or the named band are doubtful "
+        "(info: by less than 5 %)",
         done="stated; the model remains that of the curve",
         advice="compare the spectrum with the model, and with allanite fit LOG --method spectral",
     ),
