@@ -123,16 +123,22 @@ def _python(space: StateSpace, start_gain: Array, y: Array) -> tuple[Array, Arra
     return found @ space.rate, found, np.array(sds)
 
 
-def replayed(text: str, y: Array, every: int = EVERY) -> Array:
+def replayed(text: str, y: Array, every: int = EVERY, *, gate: float = 0.0, optimise: str = "-O1") -> Array:
     """What the compiled header makes of a record: bias, its variance and the states, shape (m, n + 2)."""
     with tempfile.TemporaryDirectory(prefix="allanite.") as place:
         (Path(place) / "model.hpp").write_text(text, encoding="utf-8")
         subprocess.run(
-            ["make", "-s", "-C", str(ROOT / "firmware"), "replay", f"BUILD={place}", f"MODEL={place}"],
+            [
+                *("make", "-s", "-C", str(ROOT / "firmware"), "replay"),
+                *(f"BUILD={place}", f"MODEL={place}", f"OPTIMISE={optimise}"),
+            ],
             check=True,
         )
         done = subprocess.run(
-            [Path(place) / "replay", str(every)], input=y.tobytes(), stdout=subprocess.PIPE, check=True
+            [Path(place) / "replay", str(every), str(gate)],
+            input=y.tobytes(),
+            stdout=subprocess.PIPE,
+            check=True,
         )
     return np.frombuffer(done.stdout).reshape(len(y) // every, -1)
 

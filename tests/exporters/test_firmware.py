@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from verification.firmware import RATE, constants, replayed, space_of
 
 import allanite as al
@@ -122,11 +123,25 @@ def test_steady_gain_is_that_of_the_settled_filter() -> None:
     space, c = space_of(text), constants(text)
     settled = steady_state(space)
     assert c["steady_gain"] == pytest.approx(settled.gain, rel=1e-9)
-    assert c["steady_sd"][0] == pytest.approx(
-        math.sqrt(space.rate @ settled.covariance @ space.rate), rel=1e-9
-    )
+    assert c["steady_innovation_sd"][0] == pytest.approx(math.sqrt(settled.innovation_variance), rel=1e-9)
     assert "steady_gain" not in constants(exported(NoiseModel.of(White(N=1e-4))))
     assert "No steady gain" in exported(NoiseModel.of(White(N=1e-4)))
+
+
+@pytest.mark.parametrize("rate", [0.01, 0.3, 20.0])
+def test_steady_sd_is_that_of_the_bias_that_both_filters_return(rate: float) -> None:
+    """The running filter's bias, a prediction for the next sample, has it in the end: at slow rates too."""
+    model = NoiseModel.of(White(N=1e-4), RandomWalk(K=1e-5))
+    text = exported(model, scalar="double", rate=rate, horizon=1e5)
+    space, c = space_of(text), constants(text)
+    run = FilterRun(space)
+    run.feed(
+        np.zeros(20_000), readout=False, innovations=False
+    )  # ends with the prediction for the next sample
+    assert c["steady_sd"][0] == pytest.approx(math.sqrt(space.rate @ run.covariance @ space.rate), rel=1e-9)
+    if shutil.which("g++") and shutil.which("make"):
+        variance = replayed(text, np.zeros(20_000), every=20_000)[-1, 1]
+        assert c["steady_sd"][0] == pytest.approx(math.sqrt(variance), rel=1e-9)
 
 
 @pytest.mark.parametrize("options", [{}, {"flicker": "single", "correlation_time": 100.0}], ids=str)
@@ -185,7 +200,9 @@ def test_golden_file() -> None:
 def test_it_holds_the_arithmetic_of_the_kernels_word_by_word_each_header_once() -> None:
     text = exported()
     names = re.findall(r"^// -- allanite/(\w+\.hpp) ---$", text, re.M)
-    assert {"slice.hpp", "kalman.hpp", "diffuse.hpp", "square_root.hpp"} == set(names) and len(names) == 4
+    assert {"bits.hpp", "slice.hpp", "kalman.hpp", "diffuse.hpp", "square_root.hpp"} == set(names) and len(
+        names
+    ) == 5
     for name in names:
         lines = (ROOT / "kernels" / "include" / "allanite" / name).read_text(encoding="utf-8").splitlines()
         assert "\n".join(x for x in lines if not x.startswith('#include "')) in text
@@ -284,7 +301,7 @@ def test_user_text_stays_in_its_comment() -> None:
             {"flicker": "single", "correlation_time": 1.0},
             "the model has no flicker",
         ),
-        ([fitted("g", White(N=1.0), Flicker(B=1.0))], {"flicker": "single"}, "needs the correlation time"),
+        ([fitted("g", White(N=1.0), Flicker(B=1.0))], {"flicker": "single"}, "needs correlation_time="),
         ([fitted("g", White(N=1.0), Flicker(B=1.0))], {"correlation_time": 1.0}, "flicker='single'"),
     ],
 )
@@ -366,6 +383,64 @@ def test_states_after_a_quarter_of_an_hour_are_those_of_python(
     assert found[2:] == pytest.approx(truth.state, abs=bound * math.sqrt(np.diag(truth.covariance).max()))
 
 
+FAST = ["-O3 -ffast-math", "-Ofast", "-O2 -ffinite-math-only"]
+
+
+def disturbed(rng: np.random.Generator, missing: float) -> NDArray[np.float64]:
+    """Samples of a bias, missing in stretches and one by one, with the last half at rest."""
+    y = 1e-3 + 4e-4 * rng.standard_normal(2000)
+    y[:3] = y[100:200] = missing
+    y[rng.integers(200, 1000, 50)] = missing
+    return y
+
+
+@pytest.mark.skipif(not (shutil.which("g++") and shutil.which("make")), reason="needs g++ and make")
+@pytest.mark.parametrize("optimise", FAST)
+@pytest.mark.parametrize(("scalar", "bound"), [("double", 1e-9), ("float", 5e-3)])
+@pytest.mark.parametrize("missing", [np.nan, -np.nan, np.inf, -np.inf])
+def test_a_missing_sample_is_missing_to_a_compiler_that_is_told_there_is_no_nan(
+    optimise: str, scalar: str, bound: float, missing: float, rng: np.random.Generator
+) -> None:
+    text, y = exported(scalar=scalar), disturbed(rng, missing)
+    plain, fast = replayed(text, y, 10), replayed(text, y, 10, optimise=optimise)
+    assert np.isfinite(fast[:, 0]).all()
+    assert np.abs((fast[:, 0] - plain[:, 0]) / np.sqrt(plain[:, 1])).max() < bound
+    assert fast[:, 1] == pytest.approx(plain[:, 1], rel=bound)
+
+
+@pytest.mark.skipif(not (shutil.which("g++") and shutil.which("make")), reason="needs g++ and make")
+@pytest.mark.parametrize("optimise", ["-O1", "-Ofast"])
+@pytest.mark.parametrize("spike", [1e30, -1.0, 6.0])
+def test_gate_leaves_out_a_spike_as_if_it_were_missing_and_nothing_else(
+    spike: float, optimise: str, rng: np.random.Generator
+) -> None:
+    """With the gate: what the Python filter makes of the record without the spikes. 6.0 is in standard deviations."""
+    text = exported(scalar="double")
+    space, c = space_of(text), constants(text)
+    y = disturbed(rng, np.nan)
+    spikes = np.array([250, 251, 700, 1999])
+    without = y.copy()
+    without[spikes] = np.nan
+    y[spikes] = spike
+    if spike == 6.0:  # of the innovation that it is: predicted from what came before
+        start = space.transition @ (c["start_gain"] * y[3])
+        later = StateSpace(
+            transition=space.transition, process=space.process, output=space.output, noise=space.noise,
+            rate=space.rate, labels=space.labels, diffuse=space.diffuse,
+            initial=space.transition @ space.initial @ space.transition.T + space.process,
+        )  # fmt: skip
+        run = run_filter(without[4:], later, readout=[space.output], state=start)
+        sd = np.sqrt(run.readout_sd[:, 0] ** 2 + space.noise)
+        y[spikes] = run.readout[spikes - 4, 0] + 6.0 * sd[spikes - 4]
+    expected, ungated = replayed(text, without, 1), replayed(text, y, 1)
+    gated = replayed(text, y, 1, gate=5.9, optimise=optimise)
+    assert gated[3:] == pytest.approx(expected[3:], rel=1e-7, abs=1e-15)
+    assert np.abs(ungated[250, 0] - expected[250, 0]) > np.abs(gated[250, 0] - expected[250, 0])
+    assert replayed(text, y, 1, gate=6.1)[-1, 0] == pytest.approx(
+        ungated[-1, 0] if spike == 6.0 else expected[-1, 0], rel=1e-7
+    )
+
+
 @pytest.mark.skipif(not shutil.which("g++"), reason="needs g++")
 def test_three_axes_live_in_one_program(tmp_path: Path) -> None:
     """Each in its namespace, with and without a steady gain, under all warnings, in a folder with nothing else."""
@@ -406,6 +481,31 @@ def test_headers_compile_from_the_folder_that_the_command_names(tmp_path: Path, 
         command = ["g++", "-std=c++17", "-Wall", "-Werror", "-fsyntax-only", f"-I{folder}", source]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
+
+
+#: What firmware may run holds with -ffast-math.
+FAST_HEADERS = {
+    *("allan", "biweight", "bits", "diffuse", "few_states", "kalman", "lagged", "noise", "online_allan"),
+    *("pairs_in_runs", "phase", "slice", "square_root", "theo", "window_pairs"),
+}
+
+
+@pytest.mark.skipif(not shutil.which("g++"), reason="needs g++")
+def test_a_header_holds_with_fast_math_or_refuses_it(tmp_path: Path) -> None:
+    """What holds is run with it by kernels/tests/kernels_test.cpp and the filters above."""
+    held = set()
+    for header in sorted((ROOT / "kernels" / "include" / "allanite").glob("*.hpp")):
+        source = tmp_path / "main.cpp"
+        source.write_text(f"#include <allanite/{header.name}>\nint main() {{}}\n", encoding="utf-8")
+        command = ["g++", "-std=c++17", "-ffast-math", "-Wall", "-Wextra", "-Werror", "-fsyntax-only"]
+        done = subprocess.run(
+            [*command, f"-I{header.parents[1]}", source], capture_output=True, text=True, check=False
+        )
+        if done.returncode == 0:
+            held.add(header.stem)
+        else:
+            assert "without -ffast-math" in done.stderr, header.name
+    assert held == FAST_HEADERS
 
 
 @pytest.mark.skipif(

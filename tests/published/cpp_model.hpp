@@ -76,5 +76,6 @@ constexpr Scalar start_covariance[n_states * n_states] = {
 /// Gain of the filter once it has settled: s += steady_gain * (y - output s), then s = transition s.
 constexpr Scalar steady_gain[n_states] = {
     1.38544312e-06F, 0.000878113561F, 0.000865894018F, 0.00401233199F, 0.00473917283F, 0.00328110393F, 0.00136477321F, 0.0143689232F};
-constexpr Scalar steady_sd = 4.0380255e-05F;  ///< [rad/s] of the bias with it, at rest
+constexpr Scalar steady_sd = 4.05981097e-05F;  ///< [rad/s] of bias(), the prediction for the next sample, with it, at rest
+constexpr Scalar steady_innovation_sd = 0.000277397285F;  ///< [rad/s] of y less its prediction
 

@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "ieee_only.hpp"
 #include "slice.hpp"
 
 namespace allanite {

@@ -10,6 +10,7 @@
 
 #include <math.h>
 
+#include "ieee_only.hpp"
 #include "slice.hpp"
 
 namespace allanite {

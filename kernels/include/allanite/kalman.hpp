@@ -17,6 +17,7 @@
 
 #include <math.h>
 
+#include "bits.hpp"
 #include "slice.hpp"
 
 namespace allanite {
@@ -34,11 +35,6 @@ constexpr Index extent(Index size) noexcept {
 template <int N>
 constexpr Index first_column(Index row) noexcept {
     return N == any_size ? 0 : row;
-}
-
-template <class Scalar>
-constexpr bool is_finite(Scalar x) noexcept {
-    return x - x == Scalar(0);
 }
 
 template <class Scalar>

@@ -8,6 +8,7 @@
 #include <immintrin.h>
 #endif
 
+#include "ieee_only.hpp"
 #include "slice.hpp"
 
 namespace allanite {

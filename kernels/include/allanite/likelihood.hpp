@@ -5,6 +5,7 @@
 
 #include <math.h>
 
+#include "ieee_only.hpp"
 #include "kalman.hpp"
 
 namespace allanite {

@@ -133,7 +133,8 @@ void close_block(const OnlinePlan& plan, OnlineState<Scalar>& state, Index level
     for (Index l = 0; l < plan.lags.size && plan.lags[l] <= longest; ++l) {
         if (plan.lags[l] <= longest_below) continue;
         const auto squares = block_squares(plan, state, level, plan.lags[l]);
-        const Scalar term = squares.sum + state.remainder[l], sum = state.sums[l] + term;
+        const Scalar term = squares.sum + state.remainder[l];
+        const volatile Scalar sum = state.sums[l] + term;  // -ffast-math would take the remainder for 0
         state.remainder[l] = term - (sum - state.sums[l]);
         state.sums[l] = sum;
         state.counts[l] += squares.count;

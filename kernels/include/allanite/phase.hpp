@@ -4,6 +4,7 @@
 #ifndef ALLANITE_PHASE_HPP
 #define ALLANITE_PHASE_HPP
 
+#include "bits.hpp"
 #include "slice.hpp"
 
 // The one loop that nearly all time is spent in is compiled twice where the compiler can do so: for any x86-64 and for
@@ -20,7 +21,7 @@ namespace allanite {
 /// A sample is missing where it is NaN, infinite, or an instrument's overload word (9.9e37 and beyond).
 template <class Scalar>
 bool is_missing(Scalar sample) noexcept {
-    return !(sample < Scalar(9.9e37) && sample > Scalar(-9.9e37));
+    return magnitude_bits(sample) >= magnitude_bits(Scalar(9.9e37));
 }
 
 /// Difference of the phase x over a window of `order` steps of length m, as a difference of smaller differences:

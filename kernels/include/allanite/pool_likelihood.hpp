@@ -18,6 +18,7 @@
 
 #include <vector>
 
+#include "ieee_only.hpp"
 #include "slice.hpp"
 
 namespace allanite {

@@ -25,7 +25,7 @@ import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,9 @@ from allanite.exporters.triads import plain_line
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel, StateSpace
 from allanite.quantities.display_units import si_unit
+
+if TYPE_CHECKING:
+    from allanite.filtering.kalman import SteadyState
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "include_path", "write"]
 
@@ -200,6 +203,12 @@ def _with_flicker(model: NoiseModel, flicker: Any, time: float | None) -> NoiseM
 
     if flicker == "single" and model.term("flicker") is None:
         raise InputError("flicker='single' makes one state of flicker, but the model has no flicker")
+    if flicker == "sum" and time is not None:
+        raise InputError("correlation_time= is that of the single state: give flicker='single' with it")
+    if flicker == "single":
+        if time is None:
+            raise InputError("flicker='single' needs correlation_time=, that of its one state in seconds")
+        _positive(time, "correlation_time")
     return with_flicker(model, flicker, time)
 
 
@@ -227,8 +236,7 @@ class _Filter:
     space: StateSpace
     start_gain: Array
     start_covariance: Array
-    steady_gain: Array | None
-    steady_sd: float
+    steady: SteadyState | None
 
 
 def _discrete(model: NoiseModel, dt: float, sampling: str, span: float) -> _Filter:
@@ -254,10 +262,7 @@ def _discrete(model: NoiseModel, dt: float, sampling: str, span: float) -> _Filt
         space=space,
         start_gain=gain,
         start_covariance=start,
-        steady_gain=None if steady is None else steady.gain,
-        steady_sd=math.nan
-        if steady is None
-        else math.sqrt(float(space.rate @ steady.covariance @ space.rate)),
+        steady=steady,
     )
 
 
@@ -382,11 +387,16 @@ def _constants(made: _Filter, scalar: str, namespace: str, rate: float, unit: st
         "",
         "// No steady gain: the bias is a constant here, and the filter's gain falls for ever.",
     ]
-    if made.steady_gain is not None:
+    if made.steady is not None:
         comment = "Gain of the filter once it has settled: s += steady_gain * (y - output s), then s = transition s."
+        sd = math.sqrt(float(space.rate @ made.steady.predicted @ space.rate))
+        innovation_sd = math.sqrt(made.steady.innovation_variance)
         steady = [
-            *array("steady_gain", made.steady_gain, comment),
-            number("steady_sd", made.steady_sd, f"[{unit}] of the bias with it, at rest"),
+            *array("steady_gain", made.steady.gain, comment),
+            number(
+                "steady_sd", sd, f"[{unit}] of bias(), the prediction for the next sample, with it, at rest"
+            ),
+            number("steady_innovation_sd", innovation_sd, f"[{unit}] of y less its prediction"),
         ]
     return [
         f"#ifndef {guard}",
@@ -410,7 +420,7 @@ def _constants(made: _Filter, scalar: str, namespace: str, rate: float, unit: st
         *array("start_covariance", made.start_covariance, f"Its covariance [({unit})^2]."),
         *steady,
         "",
-        *_filter(with_gain=made.steady_gain is not None),
+        *_filter(with_gain=made.steady is not None),
         "",
         f"}}  // namespace {namespace}",
         "",
