@@ -293,9 +293,7 @@ def test_imu_messages_wherever_they_stand(tmp_path: Path, two: bool) -> None:
     assert (recording.notes["source"]["topic"], recording["gyro_x"].unit) == ("/driver", "rad/s")
     both = write(types, tmp_path / f"b.{suffix}", nested(types, "/driver", "Outer"))
     assert whole(read(both))
-    assert "/driver.left.imu is read; topic= (--topic) selects another: /driver.right.imu" in remarks(
-        read(both)
-    )
+    assert "/driver.left.imu was read; choose another (/driver.right.imu) with --topic" in remarks(read(both))
     right = read(both, topic="/driver.right.imu")
     assert np.array_equal(right.values("gyro_y"), -GYRO[:, 1])
     with pytest.raises(InputError, match=r"several Imu messages in /driver.*/driver\.right\.imu"):

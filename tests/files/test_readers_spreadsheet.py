@@ -87,7 +87,7 @@ def test_the_longest_sheet_is_read_unless_another_is_named(tmp_path: Path) -> No
     assert recording.n_samples == 60
     source = recording.notes["source"]
     assert (
-        "of several sheets Run 2 is read; variable= (--variable) selects another: Notes, Run 1"
+        "several sheets: Run 2 was read; choose another (Notes, Run 1) with --variable (variable= in Python)"
         in recording.notes["text"]["guesses"]
     )
     assert any(

@@ -85,6 +85,31 @@ def test_the_number_that_is_wrong_is_found_with_its_factor(
     assert missed <= binomial_bound(2 * runs, 0.05)
 
 
+def test_intervals_of_the_factors_hold_the_true_ones() -> None:
+    """Of any size, of either number or of both; also where the record does not reach down to the plateau of K."""
+    factors = [(1.0, f) for f in (0.1, 0.3, 3.0, 10.0, 30.0)] + [
+        (f, 1.0) for f in (0.1, 0.3, 3.0, 10.0, 30.0)
+    ]
+    runs, missed, near = 4, 0, []
+    for case, (noise, drift) in enumerate([*factors, (3.0, 0.1), (0.3, 10.0)]):
+        for seed in range(runs):
+            (axis,) = examine_innovations(
+                *filtered(case * runs + seed, 1 / noise, 1 / drift, 8000), rate=RATE
+            ).axes
+            for found, true in ((axis.noise_factor, noise), (axis.drift_factor, drift)):
+                missed += found.lower > true or found.upper < true
+                near.append(found.resolved and abs(math.log(found.value / true)) < math.log(1.5))
+    assert missed <= binomial_bound(len(near), 0.07)  # the likelihood's interval is a limit for long records
+    assert np.mean(near) > 0.8
+
+
+def test_a_record_that_ends_above_the_plateau_of_the_drift_sets_a_limit_only() -> None:
+    (axis,) = examine_innovations(*filtered(3, 1.0, 1 / 300, 5000), rate=RATE).axes
+    assert WrongNumber.DRIFT_SMALL in axis.misfits and not axis.drift_factor.resolved
+    assert 1 < axis.drift_factor.lower < 300 and math.isnan(axis.drift_factor.upper)
+    assert "times at least" in axis.reason
+
+
 def test_density_of_the_innovations_is_that_of_theory_in_every_band() -> None:
     for noise, drift in ((0.5, 1.0), (1.0, 0.3), (2.0, 0.5)):
         (axis,) = examine_innovations(*filtered(7, noise, drift, 200_000), rate=RATE).axes

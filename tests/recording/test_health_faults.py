@@ -649,9 +649,9 @@ STAMPS = {"source": "t", "unit": "s", "rate": 100.0, "median_rate": 100.0, "jitt
     [
         (
             {"duplicates": 200, "duplicate_rows": [99, 199, 299, 399, 499]},
-            "200 stamps equal to the one before (1 %)",
+            "200 time stamps equal the one before (1 %)",
         ),
-        ({"backward": 1, "backward_rows": [777]}, "1 step back; first rows: 777"),
+        ({"backward": 1, "backward_rows": [777]}, "time stamps step back once, at row 777"),
     ],
 )
 def test_b12_stamps_that_contradict_each_other_are_refused(

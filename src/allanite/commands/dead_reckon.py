@@ -14,7 +14,8 @@ DEAD_RECKON = Command(
     summary="Predict unaided navigation errors from the noise.",
     details=(
         "Reports one standard deviation of attitude, velocity and position over time for a level unit at rest, by "
-        "error source, with an interval from the uncertainty of the noise models. Computed by covariance analysis, "
+        "error source, with an interval from the uncertainty of the noise models. Horizontal position, velocity and "
+        "tilt are root sums of squares of north and east. Computed by covariance analysis, "
         "with the Earth's rotation and the Schuler oscillation."
     ),
     example="allanite dead-reckon --model study.json --latitude 48.1 --rest 60s --out budget",

@@ -283,7 +283,7 @@ def _bias(term: Any, T: float | None) -> tuple[float, float]:
         return term.q**2, term.T
     if T is None or not (math.isfinite(T) and T > 0):
         raise InputError(
-            f"flicker needs the correlation time that the filter gives it, T= in seconds; got {T!r}"
+            f"flicker needs T=, the correlation time in seconds that the filter gives it, not {T!r}"
         )
     return 2 * term.B**2 * math.log(2) / (math.pi * _PEAK**2 * T), T
 

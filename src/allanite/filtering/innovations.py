@@ -13,7 +13,8 @@ and 1 for a filter that is right. For a bias that walks by K^2 per second, measu
     S_z(f) rate = (K_true^2 + N_true^2 w^2)/(K^2 + N^2 w^2),    w = 2 rate sin(pi f/rate).                      (2)
 
 At the highest frequencies this is the ratio of the noises, at the lowest that of the walks: the root of the first is
-the factor of N, that of the second the factor of K. A low frequency that is not low enough shows a part of it only.
+the factor of N, that of the second the factor of K. A low frequency that is not low enough shows a part of it only: the
+factors are fitted to all frequencies (`allanite.filtering.wrong_factors`).
 
 References
 ----------
@@ -35,6 +36,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
 from allanite.filtering.kalman.consistency import Consistency, consistency
+from allanite.filtering.wrong_factors import wrong_factors
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise.spectrum.bands import PER_DECADE, MeanDensity, band_edges, band_of, level, widths
 from allanite.noise.spectrum.estimation import power_spectrum
@@ -138,6 +140,9 @@ class InnovationAxis(Result):
         Size over that stated at the highest and at the lowest frequencies; not resolved of a short log.
     fast_above, slow_below : float [Hz]
         Where the highest frequencies begin, and the lowest end.
+    noise_factor, drift_factor : Quantity
+        By what N and K of the filter are to be multiplied, fitted to all frequencies; an end is NaN where the
+        innovations set no limit.
     misfits : tuple of WrongNumber
         Numbers of the filter that are wrong.
     bands : tuple of InnovationBand
@@ -152,6 +157,8 @@ class InnovationAxis(Result):
     fast_above: float
     slow: Quantity
     slow_below: float
+    noise_factor: Quantity
+    drift_factor: Quantity
     misfits: tuple[WrongNumber, ...]
     bands: tuple[InnovationBand, ...] = field(repr=False)
 
@@ -169,7 +176,7 @@ class InnovationAxis(Result):
             return f"{self.name}: {plural(self.consistency.count, 'innovation')} of the {_FEWEST} that a test needs"
         if not self.misfits:
             return f"{self.name}: {self.consistency.reason}"
-        return _misfit_sentence(self.name, self.misfits, self.fast, self.slow)
+        return _misfit_sentence(self.name, self.misfits, self.noise_factor, self.drift_factor)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,14 +226,21 @@ class Innovations(Result):
 _OF_NOISE = (WrongNumber.NOISE_SMALL, WrongNumber.NOISE_LARGE)
 
 
-def _misfit_sentence(name: str, misfits: Sequence[WrongNumber], fast: Quantity, slow: Quantity) -> str:
+def _misfit_sentence(name: str, misfits: Sequence[WrongNumber], noise: Quantity, drift: Quantity) -> str:
     """Numbers that are wrong, each by its factor."""
-    parts = [f"{m.words}: times {_factor(fast if m in _OF_NOISE else slow)}" for m in misfits]
+    parts = [f"{m.words}: {_factor(noise if m in _OF_NOISE else drift)}" for m in misfits]
     return f"{name}: {'; '.join(parts)}"
 
 
-def _factor(ratio: Quantity) -> str:
-    return f"{number(ratio.value)} [{number(ratio.lower)}, {number(ratio.upper)}]"
+def _factor(factor: Quantity) -> str:
+    """What the number is to be multiplied by; a limit where the innovations set no more."""
+    if factor.resolved:
+        return f"times {number(factor.value)} [{number(factor.lower)}, {number(factor.upper)}]"
+    if math.isfinite(factor.lower):
+        return f"times at least {number(factor.lower)}"
+    if math.isfinite(factor.upper):
+        return f"times at most {number(factor.upper)}"
+    return "by a factor that needs a longer log"
 
 
 def examine_innovations(
@@ -312,6 +326,7 @@ def _axis(name: str, z: Array, rate: float, confidence: float) -> InnovationAxis
     recording = Recording.from_rate(z, rate=rate, unit="unknown", names=[name], sampling="point")
     spectrum = power_spectrum(recording, name)
     fast, slow = _ends(spectrum)
+    factors = wrong_factors(z, confidence)
     return InnovationAxis(
         name=name,
         consistency=tests,
@@ -319,6 +334,8 @@ def _axis(name: str, z: Array, rate: float, confidence: float) -> InnovationAxis
         fast_above=fast.frequency,
         slow=_ratio(slow.density, confidence),
         slow_below=slow.frequency,
+        noise_factor=factors.noise,
+        drift_factor=factors.drift,
         misfits=tuple(_misfits(fast.density, slow.density)),
         bands=tuple(_bands(spectrum, confidence)),
     )

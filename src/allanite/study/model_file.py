@@ -40,6 +40,9 @@ _WANTED = (
 #: A line such as ``update_rate: 200.0``, and how far down it is looked for.
 _ENTRY, _HEAD = re.compile(rb"^[ \t]*[\w.]+[ \t]*:([ \t\r]|$)", re.MULTILINE), 1 << 16
 _WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.].*?)\s*")
+_BARE = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\s*")
+#: Of a gyro.
+_EXAMPLE_UNITS = {"Q": "arcsec", "N": "deg/√h", "B": "deg/h", "K": "deg/h/√h", "R": "deg/h/h", "T": "s"}
 
 
 def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], float | None]:
@@ -206,6 +209,9 @@ def model_of(text: str) -> NoiseModel:
 def _coefficient(text: str) -> tuple[str, float, str]:
     """Symbol, SI value and kind of sensor of one coefficient in words; no kind for a time."""
     match = _WORDS.fullmatch(text)
+    if match is None and (bare := _BARE.fullmatch(text)):
+        unit = _EXAMPLE_UNITS[bare[1]]
+        raise InputError(f"{text.strip()!r} has no unit: write for example '{text.strip()} {unit}'")
     if match is None:
         raise InputError(f"{text.strip()!r} is not a noise term: write for example 'N=0.3 deg/√h, B=5 deg/h'")
     symbol, number, unit = match.groups()

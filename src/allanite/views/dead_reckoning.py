@@ -104,7 +104,7 @@ def _errors(result: DeadReckoning) -> Iterator[PageBlock]:
         f"{number(float(result.sd[last, column]))} m",
         f"horizontal position after {time_words(float(result.times[last]))}",
         f"[{number(low)}, {end}] m" if math.isfinite(low) else "no interval: a model states none",
-        "one standard deviation, unaided",
+        "one standard deviation, unaided; root sum of squares of north and east",
         "good",
     )
     yield Text(sentence(result.says), brief=True)

@@ -17,7 +17,9 @@ __all__ = ["band_rows", "nis_rows", "view"]
 _METHOD = (
     "A filter whitens what it measures by its own model. So the density of the standardized innovations is that of the "
     "measurement over that which the filter assumes: at the highest frequencies the ratio of the measurement noises, "
-    "at the lowest that of the drifts. Each test calls one right filter in a thousand wrong."
+    "at the lowest that of the drifts. The factors of N and K, and the corner of the filter, are fitted to all "
+    "frequencies by Whittle's likelihood: a mean over low frequencies alone shows a part of the factor of K. Each test "
+    "calls one right filter in a thousand wrong."
 )
 _REFERENCES = (
     (
@@ -30,7 +32,7 @@ _PICTURES = {
     "nis": "Size of the innovations over that stated, all axes together, in windows of time.",
     "bands": "Size of the innovations over that stated, by frequency: short times right, long times left.",
 }
-_ADVICE = "multiply N or K of the filter by its factor: N at short times, K at long times; run it again, and look again"
+_ADVICE = "multiply N or K of the filter by its factor; run it again, and look again"
 
 
 def view(document: ResultDocument[Innovations]) -> Page:

@@ -159,7 +159,9 @@ class DeadReckoning(Result):
     shown : tuple of float [s]
         Those of the tables.
     quantities : tuple of str
-        Columns of all arrays; position in m, velocity in m/s, tilt and heading in rad.
+        Columns of all arrays; position in m, velocity in m/s, tilt and heading in rad. `position_horizontal`,
+        `velocity_horizontal` and `tilt` are root sums of squares of north and east: √2 of one axis where both are
+        alike.
     sources : tuple of Source
         The largest of the horizontal position at the end first.
     sd, lower, upper : ndarray, shape (n_times, n_quantities)

@@ -50,7 +50,7 @@ def errors(seconds: float, at: Mapping[str, float], share: float, source: str, *
         f"after {time_words(seconds)} unaided the horizontal position error is "
         f"{_metres(at['position_horizontal'])}{most}; velocity {at['velocity_horizontal']:.3g} m/s, tilt "
         f"{math.degrees(at['tilt']):.3g} deg, heading {math.degrees(at['heading']):.3g} deg (one standard "
-        f"deviation){later}"
+        f"deviation; position, velocity and tilt: root sum of squares of north and east){later}"
     )
 
 

@@ -102,7 +102,7 @@ def choose_part(
         if not of_name:
             raise InputError(f"{file}: no {what} {wanted!r}; there are: {everything}")
         others = [p.name for p in of_name[1:]]
-        choice = f"several {what}s {wanted}: {of_name[0].name} is read, not {', '.join(others)}"
+        choice = f"several {what}s {wanted}: {of_name[0].name} was read, not {', '.join(others)}"
         return of_name[0], [choice] if others else []
     fitting = [p for p in full if channels is None or all(has_channel(p, word) for word in channels)]
     if not fitting:
@@ -114,7 +114,9 @@ def choose_part(
         return best, []
     more = f" and {len(rest) - _MOST_NAMED} more" if len(rest) > _MOST_NAMED else ""
     names = ", ".join(rest[:_MOST_NAMED]) + more
-    return best, [f"of several {what}s {best.name} is read; {option}= (--{option}) selects another: {names}"]
+    return best, [
+        f"several {what}s: {best.name} was read; choose another ({names}) with --{option} ({option}= in Python)"
+    ]
 
 
 def _best(parts: Sequence[FilePart]) -> FilePart:

@@ -40,6 +40,7 @@ from allanite.files.readers.late_stamps import (
     off_grid,
     usual_lateness,
 )
+from allanite.files.readers.rate_change import two_rates
 from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["JUDGES", "LONGEST", "SHORTEST", "Probe", "no_grid", "probe_of"]
@@ -122,7 +123,7 @@ def probe_of(stamps: Filled, source: str, *, exact: bool = False) -> Probe:
         elif probe is None:
             probe = _late(look, interval_between_pauses(look.stretches, look.median, lossy=True))
         if probe is None and _wander(look.stretches, look.differences):
-            raise no_grid(stamps, source, "the times fit no even grid")
+            raise no_grid(stamps, source)
         if probe is not None:
             return probe
         interval = _block_interval(stamps, source)
@@ -336,10 +337,18 @@ def _block_interval(stamps: Filled, source: str) -> float:
     return interval
 
 
-def no_grid(stamps: Filled, source: str, why: str) -> DataQualityError:
+def no_grid(stamps: Filled, source: str, why: str = "") -> DataQualityError:
+    """The error of a time column without an even grid: why, where it is known, its first stamps, and what to do."""
     first = ", ".join(f"row {k}: {t:.9g} s" for k, t in enumerate(stamps.read(0, _LISTED_ROWS)))
+    if change := two_rates(stamps):
+        before, after, row = change
+        at = float(stamps.read(row, row + 1)[0])
+        return DataQualityError(
+            f"the times in column {source!r} fit no even grid: the rate changes from {before:.4g} Hz to {after:.4g} Hz "
+            f"near row {row}, {at:.6g} s after the first stamp; analyze each part by itself, with --to and --from"
+        )
     return DataQualityError(
-        f"the time column fits no even grid: {source!r}: {why} (since the first stamp, {first}); "
+        f"the times in column {source!r} fit no even grid{why and ': '}{why} (since the first stamp, {first}); "
         f"if the samples are evenly spaced, give their rate ({_by_count(stamps)}), which overrides the stamps"
     )
 

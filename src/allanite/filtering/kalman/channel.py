@@ -191,7 +191,7 @@ def with_flicker(model: NoiseModel, flicker: FlickerForm, T: float | None) -> No
             raise InputError("T is the correlation time of a single term: give flicker='single' with it")
         return model
     if T is None or not (math.isfinite(T) and T > 0):
-        raise InputError(f"flicker='single' needs the correlation time of its term, T= in seconds; got {T!r}")
+        raise InputError(f"flicker='single' needs T=, the correlation time of its term in seconds, not {T!r}")
     terms = tuple(
         GaussMarkov.from_sigma(SIGMA_PER_B * t.B, T) if isinstance(t, Flicker) else t for t in model.terms
     )

@@ -344,13 +344,13 @@ def rest(survey: ChannelSurvey) -> Iterator[Finding]:
     shown, weight = _windows(worst, survey.n_samples)
     share = percent(_covered(spans) / survey.n_samples)
     lag = worst.scale.lag * survey.dt
-    peak, factor = math.sqrt(float(np.nanmax(worst.ratio))), math.sqrt(1.0 + worst.excess)
+    factor = math.sqrt(1.0 + worst.excess)
     fatal = 1.0 + worst.excess >= MOVED
     severity = Severity.WARNING if worst.excess >= NOTICED else Severity.INFO
     yield finding(
         "not_at_rest" if fatal else "disturbance",
-        f"{share} of the record is disturbed: over {lag:.3g} s the signal moves up to {short(peak)} times as much as "
-        f"in the quiet parts, which makes the deviation at {lag:.3g} s {short(factor)} times as large",
+        f"{share} of the record is disturbed; this makes the Allan deviation at {lag:.3g} s {short(factor)} times as "
+        "large",
         severity=Severity.FATAL if fatal else severity,
         channel=survey.name,
         spans=spans,
@@ -412,10 +412,11 @@ def half_before_gap(survey: ChannelSurvey) -> Iterator[Finding]:
     end = _half(survey, survey.n_samples, False)
     spans += [end] if end is not None else []
     if spans:
+        count = sum(b - a for a, b in spans)
         yield finding(
             "half_before_gap",
-            f"half the level or half the noise before {plural(len(spans), 'gap')}, "
-            f"{sum(b - a for a, b in spans)} samples in all",
+            f"just before {'a gap' if len(spans) == 1 else plural(len(spans), 'gap')}, {plural(count, 'sample')} "
+            f"{'has' if count == 1 else 'have'} half the level or half the noise",
             severity=Severity.WARNING,
             channel=survey.name,
             spans=spans,

@@ -175,7 +175,7 @@ def _finding(hold: Hold, several: bool) -> Finding:
     elif hold.renewal is not None:
         text = (
             f"{percent(hold.share)} of the samples repeat the previous one: the sensor updates at "
-            f"{_with_uncertainty(rate * hold.ratio, rate * hold.renewal.sd)}, the log runs at {rate:.6g} Hz"
+            f"{_with_uncertainty(rate * hold.ratio, rate * hold.renewal.sd)}; the log runs at {rate:.6g} Hz"
         )
     else:
         text = (
@@ -193,9 +193,10 @@ def _finding(hold: Hold, several: bool) -> Finding:
 
 
 def _with_uncertainty(rate: float, sd: float) -> str:
-    """A rate to the place of the first digit of its standard uncertainty."""
-    digits = max(-math.floor(math.log10(sd)), 0) if sd > 0.0 else 6
-    return f"{rate:.{digits}f} Hz (standard uncertainty {sd:.1g} Hz)"
+    """A rate to the place of the first digit of its standard uncertainty, if it has one."""
+    if not sd > 0.0:
+        return f"{rate:.9g} Hz"
+    return f"{rate:.{max(-math.floor(math.log10(sd)), 0)}f} Hz (standard uncertainty {sd:.1g} Hz)"
 
 
 def without_short_scales(survey: ChannelSurvey, held: Mapping[str, Hold]) -> ChannelSurvey:

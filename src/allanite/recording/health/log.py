@@ -71,21 +71,32 @@ def _set_back(times: int, alone: Mapping[str, Any] | None) -> str:
     return "sort the rows, or pass --rate, which overrides the stamps"
 
 
+def _places(rows: Sequence[int], count: int) -> str:
+    """At which rows, of so many: "at row 7", "at rows 7, 9", or of more "first at rows 7, 9, 11"."""
+    listed = f"row{'s' * (len(rows) > 1)} {', '.join(map(str, rows))}"
+    return f"at {listed}" if len(rows) == count else f"first at {listed}"
+
+
 def stamps(recording: Recording) -> Iterator[Finding]:
     """Stamps that contradict each other (battery B12)."""
     notes = _notes(recording, "timebase")
     backward, duplicates = int(_number(notes, "backward")), int(_number(notes, "duplicates"))
     share = duplicates / max(recording.n_samples - int(_number(notes, "missing")), 1)
     rows = _rows(notes, "backward_rows", "duplicate_rows")
-    parts = [plural(backward, "step") + " back"] if backward else []
+    parts = (
+        ["time stamps step back " + ("once" if backward == 1 else f"{backward} times")] if backward else []
+    )
     if duplicates:
-        parts.append(f"{plural(duplicates, 'stamp')} equal to the one before ({percent(share)})")
+        verb, of_them = ("equals", "stamp") if duplicates == 1 else ("equal", "stamps")
+        parts.append(
+            f"{duplicates} {'time ' * (not backward)}{of_them} {verb} the one before ({percent(share)})"
+        )
     if not parts:
         return
     fatal = backward > 0 or share > TOLERATED
     yield finding(
         "time_stamps" if fatal else "duplicate_stamps",
-        f"time stamps: {' and '.join(parts)}; first rows: {', '.join(map(str, rows))}",
+        f"{' and '.join(parts)}, {_places(rows, backward + duplicates)}",
         severity=Severity.FATAL if fatal else Severity.WARNING,
         spans=_spans(rows),
         count=backward + duplicates,
@@ -390,8 +401,8 @@ def _sentences(notes: Notes) -> Iterator[Finding]:
     parts, rows = [], _rows(notes, "failed_rows")
     if failed:
         parts.append(
-            f"{plural(failed, 'sentence')} {notes.get('sentence')} failed the checksum: read as missing samples; "
-            f"first rows: {', '.join(map(str, rows))}"
+            f"{plural(failed, 'sentence')} {notes.get('sentence')} failed the checksum, {_places(rows, failed)}: read "
+            "as missing samples"
         )
     if stray:
         parts.append(f"{plural(stray, 'line')} of unknown type left out")
@@ -411,8 +422,7 @@ def _labels(notes: Notes) -> Iterator[Finding]:
     unknown, rows = notes.get("labels_unknown") or {}, _rows(notes, "failed_rows")
     parts = []
     if damaged:
-        first = ", ".join(map(str, rows))
-        parts.append(f"{plural(damaged, 'damaged line')} read as missing samples; first rows: {first}")
+        parts.append(f"{plural(damaged, 'damaged line')} read as missing samples, {_places(rows, damaged)}")
     if stray:
         parts.append(f"{plural(stray, 'line')} without a label of the log left out")
     if lacking:

@@ -163,7 +163,7 @@ def zero_rows(surveys: Sequence[ChannelSurvey], findings: Sequence[Finding]) -> 
         return
     for s in usable:
         yield _together(
-            s, "zero_filled", rows, f"exactly 0 where all of {listed([u.name for u in usable])} are"
+            s, "zero_filled", rows, f"exactly 0 in the rows where {listed([u.name for u in usable])} all are"
         )
 
 
@@ -179,7 +179,7 @@ def shared_zeros(surveys: Sequence[ChannelSurvey], findings: Sequence[Finding]) 
         if not s.constant and not s.channel.kind.integrated:
             zeros = _zeros_in(s, rows)
             if len(zeros):
-                yield _together(s, "zero_filled", zeros, f"exactly 0 {where}")
+                yield _together(s, "zero_filled", zeros, f"exactly 0 in the rows where {where} also 0")
 
 
 def shared_stretches(surveys: Sequence[ChannelSurvey], findings: Sequence[Finding]) -> Iterator[Finding]:
@@ -190,21 +190,26 @@ def shared_stretches(surveys: Sequence[ChannelSurvey], findings: Sequence[Findin
             [] if s.constant else [(a, b) for a, b in rows.tolist() if b - a > 1 and _stands_still(s, a, b)]
         )
         if still:
-            yield _together(s, "stuck", np.array(still, dtype=np.int64), f"without a change {where}")
+            yield _together(
+                s, "stuck", np.array(still, dtype=np.int64), f"unchanged in the rows where {where} stuck"
+            )
 
 
 def _rows_of(code: str, findings: Sequence[Finding]) -> tuple[Index, str]:
-    """The rows that findings of this code leave out, and words for them."""
+    """The rows that findings of this code leave out, and their channels with a verb."""
     of_code = [f for f in findings if f.code == code]
     rows = merge_spans(np.concatenate([np.zeros((0, 2), dtype=np.int64), *(f.spans for f in of_code)]))
-    return rows, f"in the rows in which {listed(sorted({str(f.channel) for f in of_code}))} show it"
+    names = sorted({str(f.channel) for f in of_code})
+    return rows, f"{listed(names)} {'is' if len(names) == 1 else 'are'}"
 
 
 def _together(survey: ChannelSurvey, code: str, spans: Index, what: str) -> Finding:
-    share = _length(spans) / survey.present
+    count = _length(spans)
+    share = count / survey.present
+    verb, these = ("is", "this row holds") if count == 1 else ("are", "these rows hold")
     return finding(
         code,
-        f"{plural(_length(spans), 'sample')} ({percent(share)}) {what}: rows without a reading",
+        f"{plural(count, 'sample')} ({percent(share)}) {verb} {what}: {these} no reading",
         severity=Severity.FATAL if share > MOSTLY else Severity.WARNING,
         channel=survey.name,
         spans=spans,

@@ -307,7 +307,7 @@ def _chosen(kinds: Counter[str], variable: str | None, name: str) -> tuple[str, 
             "(variable= in Python)"
         )
     return left[0], [
-        f"sentences of several kinds ({_listed(kinds)}): {left[0]} is read; --variable selects another one"
+        f"sentences of several kinds ({_listed(kinds)}): {left[0]} was read; choose another with --variable"
     ]
 
 

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A record whose rate changes is told so, with both rates, and is offered no mean rate."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.errors import DataQualityError
+
+
+@pytest.mark.parametrize(
+    ("share", "before", "after"),
+    [(0.2, 10.0, 5.0), (0.2, 100.0, 37.0), (0.2, 200.0, 50.0), (0.5, 5.0, 10.0), (0.5, 100.0, 37.0)],
+)
+@pytest.mark.parametrize("jitter", [0.0, 0.02])
+def test_both_rates_and_the_place_are_named(
+    share: float, before: float, after: float, jitter: float, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    n = 6000
+    change = int(share * n)
+    intervals = np.where(np.arange(n) < change, 1 / before, 1 / after)
+    times = np.cumsum(intervals) + jitter * intervals * rng.standard_normal(n)
+    log = tmp_path / "log.csv"
+    rows = np.column_stack([times, rng.standard_normal(n)])
+    np.savetxt(log, rows, delimiter=",", header="time [s],gyro [deg/h]", comments="", fmt="%.9g")
+    with pytest.raises(DataQualityError) as refused:
+        al.read(log)
+    words = str(refused.value)
+    assert "--rate" not in words and "fit no even grid" in words
+    found = re.search(r"from ([\d.]+) Hz to ([\d.]+) Hz near row (\d+)", words)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(before, rel=0.01)
+    assert float(found[2]) == pytest.approx(after, rel=0.01)
+    assert abs(int(found[3]) - change) <= n // 256
