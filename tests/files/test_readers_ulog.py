@@ -127,7 +127,7 @@ def test_the_fast_message_is_read_and_the_others_are_listed(tmp_path: Path) -> N
     assert [c.split(" ")[0] for c in first.notes["source"]["contents"]] == [
         "sensor_combined[0]", "vehicle_imu[0]", "sensor_gyro[0]", "sensor_gyro[1]",
     ]  # fmt: skip
-    assert any("choose another (vehicle_imu[0]) with --topic" in g for g in first.notes["source"]["guesses"])
+    assert any("choose another (vehicle_imu[0]" in g for g in first.notes["source"]["guesses"])
     slow = read(path, topic="sensor_gyro[1]")
     assert (slow.rate, slow.names[-1]) == (1.0, "temperature")
     assert np.array_equal(slow.values("gyro_y"), (GYRO[:20, 1] + np.float32(1)).astype(float))
