@@ -24,9 +24,15 @@ __all__ = [
     "Slice",
     "Spliced",
     "View",
+    "less_base",
     "let_go",
     "merge_spans",
+    "torn",
 ]
+
+_PROBED = 1 << 16  # samples that tell where most of a column lies
+_NEAR = 0.25  # of them that must lie within 2**53 of the base
+_FITS_64_BITS = float(1 << 62)
 
 Spans = NDArray[np.int64]
 Samples = NDArray[np.float64]
@@ -86,9 +92,7 @@ class ArrayColumn:
     def read(self, start: int, stop: int) -> Samples:
         part = self._array[start:stop]
         let_go(self._array, start)
-        if self._base:  # exact: float64 has 53 bits, the samples have 64
-            part = part - part.dtype.type(self._base)
-        return np.asarray(part, dtype=np.float64)
+        return np.asarray(part, dtype=np.float64) if self._base == 0 else less_base(part, self._base)
 
 
 def let_go(array: NDArray[Any], before: int) -> None:
@@ -112,12 +116,37 @@ def _integer_base(array: NDArray[Any]) -> int:
     if max(abs(low), abs(high)) < 1 << 53:
         return 0
     if high - low >= (1 << 53) - (1 << 11):  # less what the base lies below `low`
+        return _base_of_most(array, low, high)
+    base = int(float(low))  # a number that float64 holds: `origin` tells it to others
+    return base if base <= low else int(np.nextafter(float(low), -np.inf))
+
+
+def _base_of_most(array: NDArray[Any], low: int, high: int) -> int:
+    """The base of a column that a clock step, or a stamp that was never set, tears apart.
+
+    The samples near the base stay exact; those beyond 2**53 of it keep 53 bits, an error that their distance dwarfs.
+    """
+    probe = array[:: max(array.size // _PROBED, 1)]
+    base = int(float(np.partition(probe, probe.size // 2)[probe.size // 2]))
+    if torn(less_base(probe, base)):
         raise InputError(
             f"64-bit integers from {low} to {high} span more than 2**53: float64 cannot hold them; "
             "subtract an offset or scale them first"
         )
-    base = int(float(low))  # a number that float64 holds: `origin` tells it to others
-    return base if base <= low else int(np.nextafter(float(low), -np.inf))
+    return base
+
+
+def torn(away: Samples) -> bool:
+    """True for integers of 64 bits, less their base, that float64 does not hold: few are within 2**53 of the base."""
+    return bool(np.count_nonzero(np.abs(away) < 1 << 53) < _NEAR * np.count_nonzero(np.isfinite(away)))
+
+
+def less_base(part: NDArray[Any], base: int) -> Samples:
+    """Integers of 64 bits less a base: exact within 2**53 of it, which float64 holds, and to 53 bits beyond."""
+    distance = np.asarray(part, dtype=np.float64) - float(base)
+    with np.errstate(over="ignore"):  # a difference beyond 64 bits is far from the base: not taken
+        exact = (part - part.dtype.type(base)).view(np.int64)
+    return np.where(np.abs(distance) < _FITS_64_BITS, exact, distance)
 
 
 @dataclass(frozen=True, slots=True)

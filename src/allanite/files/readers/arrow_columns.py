@@ -25,6 +25,7 @@ from allanite.plain_files.arrow_numbers import numbers_of, whole_numbers_of
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.records import Channel, Column
+from allanite.recording.sample_columns import less_base, torn
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -33,6 +34,7 @@ __all__ = ["DESCRIPTION", "brief", "table_of_arrow"]
 
 #: Key of the metadata under which `parquet.write` keeps the channels.
 DESCRIPTION = b"allanite"
+_PROBED = 1 << 16  # rows of the first group that tell where most of a column lies
 _KEPT_GROUPS, _LARGE = 3, 1 << 20  # groups kept of a column; of larger ones [bytes] only one
 
 
@@ -55,11 +57,11 @@ class _LazyColumn:
         self.dtype = dtype
         self.origin = 0.0
         if whole and dtype.itemsize == 8 and edges[-1] > 0:
-            first = float(self._checked(0, 0)[0])
-            if (
-                abs(first) >= 2.0**53
-            ):  # integers that far are read relative to a number just below the first one
-                self.origin = math.nextafter(first, 0.0)  # the first one itself may be too large for its type
+            first = self._checked(0, 0)
+            known = first[np.isfinite(first)][:: max(len(first) // _PROBED, 1)]
+            typical = float(np.partition(known, len(known) // 2)[len(known) // 2]) if len(known) else 0.0
+            if abs(typical) >= 2.0**53:  # integers that far are read relative to where most of them lie
+                self.origin = math.nextafter(typical, 0.0)  # itself it may be too large for its type
 
     def __len__(self) -> int:
         return int(self._edges[-1])
@@ -94,7 +96,7 @@ class _LazyColumn:
             kept = self._kept.get(group)
             if kept is None:
                 kept = self._checked(group, int(self.origin))
-                if self._whole and len(kept) and np.nanmax(np.abs(kept), initial=0.0) >= 2.0**53:
+                if self._whole and group == 0 and len(kept) and torn(kept):
                     raise InputError(
                         f"column {self._column.name}: 64-bit integers that span more than 2**53; float64 cannot "
                         "hold them"
@@ -157,8 +159,7 @@ def _decoded(array: pa.ChunkedArray, origin: int) -> NDArray[np.float64]:
     if not origin:
         return numbers_of(array, copy=False).astype(np.float64, copy=False)
     values, missing = whole_numbers_of(array)
-    away = (values - values.dtype.type(origin)).view(np.int64)
-    return np.where(missing, np.nan, away.astype(np.float64))
+    return np.where(missing, np.nan, less_base(values, origin))
 
 
 def _numeric(kind: pa.DataType) -> bool:
