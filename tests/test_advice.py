@@ -179,7 +179,11 @@ def test_every_way_out_that_is_printed_ends_the_finding(
 
 def test_every_repair_is_tried_here_or_needs_a_second_fact() -> None:
     tried = {word.split()[-1] for *_, wanted in CASES for word in wanted.split("|") if "--repair" in word}
-    assert set(REPAIRS) - tried == {"drop_duplicate_rows", "swap"}  # of stamps, of names: test_cleaning
+    assert set(REPAIRS) - tried == {
+        "drop_duplicate_rows",
+        "keep_run",
+        "swap",
+    }  # of stamps, of names: test_cleaning
 
 
 # -- findings whose advice is a command, or an option with what the user knows ------------------------------

@@ -12,6 +12,7 @@ import pytest
 from allanite.errors import AllaniteError, DataQualityError, FormatError, InputError
 from allanite.files.readers import ardupilot, read
 from allanite.files.readers.ardupilot import records
+from allanite.recording.health.examination import check
 from allanite.recording.records import Kind
 from flight_log_writers import ACC, FMT_ITSELF, GYR, IMU, ISBD, ISBH, fmt, imu, record
 from hostile_files import inline, mutations, outcomes, tally
@@ -173,10 +174,13 @@ def test_what_the_driver_says_of_its_samples(tmp_path: Path) -> None:
         imu(20_000 * k, 0, GYRO[k], ACCEL[k], EG=7 + k // 10, AH=int(k != 3), GHz=2000, AHz=1000)
         for k in range(40)
     ]
-    said = " ".join(read(write(tmp_path, DEFINED, *rows)).notes["source"]["guesses"])
+    recording = read(write(tmp_path, DEFINED, *rows))
+    said = " ".join(recording.notes["source"]["guesses"])
     assert "driver of the gyro counted 3 errors" in said
     assert "accelerometer is marked as not healthy in 1 sample" in said
-    assert "runs at 2000 Hz and is logged at 50 Hz" in said
+    (finding,) = [f for f in check(recording) if f.code == "decimated"]
+    assert "runs at 2000 Hz" in finding.message and "logged at 50 Hz" in finding.message
+    assert "up to 6.32 times" in finding.message and finding.severity.name == "WARNING"
 
 
 # -- torn logs ---------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from typing import Literal, Protocol, TypeVar
 
 from allanite.errors import InputError
+from allanite.recording.increment_names import increment_unit, names_increments
 
 __all__ = [
     "Sensor",
@@ -77,10 +78,14 @@ def sensor_called(name: str) -> Sensor:
 def unit_option(names: Iterable[str], unit: str = "") -> str:
     """``--unit`` for each of these channels, as a shell takes it: this unit, or one that fits the name.
 
-    >>> unit_option(["gx", "acc_x", "die temp"])
-    "--unit 'gx=deg/s,acc_x=m/s^2,die temp=degC'"
+    >>> unit_option(["gx", "acc_x", "die temp", "delta_velocity_0"])
+    "--unit 'gx=deg/s,acc_x=m/s^2,die temp=degC,delta_velocity_0=m/s'"
     """
-    return _by_name("--unit", [(name, unit or _UNITS[sensor_called(name)]) for name in names])
+    return _by_name("--unit", [(name, unit or _likely_unit(name)) for name in names])
+
+
+def _likely_unit(name: str) -> str:
+    return increment_unit(name) if names_increments(name) else _UNITS[sensor_called(name)]
 
 
 def scale_option(channels: Iterable[tuple[str, str]]) -> str:

@@ -21,6 +21,7 @@ from allanite.files.readers.clock_table import as_clock
 from allanite.files.readers.column_look import is_counter, only_grows
 from allanite.files.readers.headings import FITTING, Heading, measures, read_heading, with_unit
 from allanite.files.readers.increments import divided
+from allanite.files.readers.integration_times import with_apertures
 from allanite.files.readers.kept_rows import KeptRows
 from allanite.files.readers.numbering import clocks_beside, numbering_of, unseen_by_stamps
 from allanite.files.readers.occupied_rows import (
@@ -30,6 +31,7 @@ from allanite.files.readers.occupied_rows import (
     with_kept_stamps,
 )
 from allanite.files.readers.part import TableRows, rows_between
+from allanite.files.readers.seams import seams_of
 from allanite.files.readers.sensors_in_rows import refuse_several_sensors
 from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time, growing
@@ -125,6 +127,7 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
             channels[i].name: named[i].unit for i in chosen if units_differ(channels[i].unit, named[i].unit)
         }
         step |= {"units_set_aside": other} if other else {}
+    channels = with_apertures(channels, table, base.rate, increments)
     rates = divided(channels, increments, table, base.rate)
     guesses += rates.guesses
     if options.channels is None:
@@ -263,7 +266,9 @@ def _grid(
         rate = checked_rate(options.rate)
         if counters and time is None:
             return _counted(counters[0], rate, "rate argument", table.rate, guesses)
-        return even_grid(n, rate, source="rate argument", nominal=table.rate)
+        even = even_grid(n, rate, source="rate argument", nominal=table.rate)
+        seams = [] if time is None else seams_of(time.stamps, rate)
+        return replace(even, facts={**even.facts, "seams": seams}) if seams else even
     if time is not None:
         try:
             return fit_grid(

@@ -10,9 +10,11 @@ from dataclasses import replace
 from allanite.errors import InputError
 from allanite.files.readers.asked_units import refuse_open_unit, refuse_unit_of_no_sensor
 from allanite.files.readers.headings import FITTING, Heading, canonical_group
-from allanite.files.readers.increment_names import names_increments, unit_per_sample
+from allanite.files.readers.integration_times import namesake
 from allanite.files.readers.table import Options, Table
 from allanite.quantities.units import QuantityKind, parse_scale_factor, parse_unit
+from allanite.recording.channel_names import unit_option
+from allanite.recording.increment_names import names_increments, unit_per_sample
 from allanite.recording.records import Channel, Kind, Sampling
 
 __all__ = ["channels_of", "selected", "units_differ"]
@@ -79,9 +81,23 @@ def channels_of(
                 f"channel {heading.name}: {result[i].unit!r} is not the unit of an angle or a velocity, which a sample "
                 "adds to: write deg/sample, rad/sample or m/s/sample"
             )
+        if increment and result[i].kind in (Kind.RATE, Kind.ACCELERATION):
+            _refuse_rate_of_increment(result[i], i, table)
         if increment and result[i].kind.integrated:
             increments.add(i)
     return result, frozenset(increments)
+
+
+def _refuse_rate_of_increment(channel: Channel, place: int, table: Table) -> None:
+    """Refuse a rate in a column whose name, and whose own column of intervals, say that it holds increments."""
+    interval = namesake(place, table)
+    if interval is not None:
+        raise InputError(
+            f"channel {channel.name}: {channel.unit!r} is the unit of a rate, but by its name and by column "
+            f"{table.headings[interval]} beside it the samples are increments over that interval. State the unit of "
+            f"the increments, {unit_option([channel.name])}: they are divided by the interval. If the samples are "
+            "rates, rename the column"
+        )
 
 
 def _channel(

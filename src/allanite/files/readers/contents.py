@@ -158,6 +158,7 @@ def message_table(
         units_from="metadata" if any(units[1:]) else "none",  # the first column is time
         rate=rate,
         rate_from="header of the batches" if rate else "",
+        apertures=facts.get("apertures", {}),
         source={"size_bytes": path.stat().st_size, **facts["source"]},
         guesses=tuple(facts["guesses"]),
     )

@@ -94,6 +94,8 @@ _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
         |(^|_)(quat|quaternion|orientation|(roll|pitch|yaw)(?!_?(rate|vel|speed))|heading|azimuth|euler|attitude)|^q_?[0-3wxyz]$
         |(^|_)(mag|magn|magnet\w*|compass|baro\w*|pres|press|pressure|humidity|battery|vbat)(_|$)|^m_?[xyz]$|^mag
         |(^|_)(lat|latitude|lon|longitude|alt|altitude)(_|$)|integral_dt
+        |\w+_(device|dev)_id$|timestamp_relative$|(^|_)calibration_count$
+        |(^|_)(delta_\w+|gyro|acc(el(erometer)?)?|imu)_d_?t(_?[munµ]?s)?$
         |^d_?t(_|$)|(^|_)d(elta)?_?time|(^|_)delta_?t(_|$)|^time_?(diff|delta|step|offset|zone|out|err\w*)(_|$)
         |^timezone$""",
     ),

@@ -2,7 +2,8 @@
 """Increments: the angle or velocity gained in each sample interval. Over that interval they are a mean rate.
 
 Names state them (``delta_theta_x``, ``dvx``, ``X_DELTANG``), and so does a unit, ``deg/sample``. They are divided by
-the column of intervals in the file where it agrees with the time stamps, and by the sample interval otherwise.
+the column of intervals in the file where it bears their name or agrees with the time stamps, and by the sample interval
+otherwise. Intervals shorter than the spacing of the rows are the aperture of the rates.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.files.readers.column_look import look
+from allanite.files.readers.integration_times import covered_seconds, namesake, with_aperture
 from allanite.files.readers.row_intervals import interval_unit
 from allanite.files.readers.table import Table
 from allanite.lazy_dataclasses import dataclass
@@ -79,10 +81,10 @@ def divided(
     used, names_by_divisor = set[int](), dict[str, list[str]]()
     for i in (i for i in channels if i in increments):
         channel = channels[i]
-        place, scale = _intervals_of(i, table, rate) or (None, 1.0 / rate)
+        place, scale, seconds = _intervals_of(i, table, rate) or (None, 1.0 / rate, None)
         columns[i] = _Rates(table.columns[i], None if place is None else table.columns[place], scale)
         unit = "m/s²" if channel.unit == "m/s" else f"{channel.unit}/s"
-        new[i] = replace(channel, kind=channel.kind.rate, unit=unit)
+        new[i] = with_aperture(replace(channel, kind=channel.kind.rate, unit=unit), seconds, rate)
         divisor = (
             f"the sample interval, {scale:.6g} s" if place is None else f"column {table.headings[place]}"
         )
@@ -104,8 +106,17 @@ def divided(
     )
 
 
-def _intervals_of(place: int, table: Table, rate: float) -> tuple[int, float] | None:
-    """The column of the intervals of an increment and its unit in seconds; None where none agrees with the rate."""
+def _intervals_of(place: int, table: Table, rate: float) -> tuple[int, float, float | None] | None:
+    """The column of the intervals of an increment, its unit in seconds, and their length where they bear its name.
+
+    None where no column has that name or agrees with the rate.
+    """
+    own = namesake(place, table)
+    if own is not None:
+        stated = (table.units[own] if table.units else "") or interval_unit(table.headings[own]) or ""
+        covered = covered_seconds(table.columns[own], stated, rate)
+        if covered is not None:
+            return own, covered[1], covered[0]
     fitting = []
     for i, heading in enumerate(table.headings):
         unit = interval_unit(heading)
@@ -117,7 +128,7 @@ def _intervals_of(place: int, table: Table, rate: float) -> tuple[int, float] | 
             pairs = zip(heading.lower(), table.headings[place].lower(), strict=False)
             alike = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
             fitting.append((-alike, i, scale))
-    return min(fitting)[1:] if fitting else None
+    return (*min(fitting)[1:], None) if fitting else None
 
 
 def _agreeing(column: Column, unit: str, rate: float) -> float | None:

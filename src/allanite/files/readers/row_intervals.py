@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.files.readers.headings import read_heading
-from allanite.files.readers.increment_names import names_increments
 from allanite.lazy_dataclasses import dataclass
+from allanite.recording.increment_names import names_increments
 from allanite.recording.records import Column
 from allanite.recording.sample_columns import Calculated
 

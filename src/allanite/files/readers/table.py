@@ -90,6 +90,8 @@ class Table:
         Where it states it.
     rate_doubt : RateDoubt or None
         What it states of the rate, where that is not taken as it stands.
+    apertures : mapping of heading to float [s]
+        Over how long each sample gathered, where the file says so.
     text : dict or None
         Facts about a text file.
     source : dict
@@ -118,6 +120,7 @@ class Table:
     rate: float | None = None
     rate_from: str = ""
     rate_doubt: RateDoubt | None = None
+    apertures: Mapping[str, float] = field(default_factory=dict)
     start: int | None = None
     text: dict[str, Any] | None = None
     source: dict[str, Any] = field(default_factory=dict)

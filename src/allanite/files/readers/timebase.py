@@ -162,8 +162,20 @@ def fit_grid(
         "set_back": len(marks.shifts),
         "alone": longest_alone(filled, marks, interval) if tally.backward else None,
     }
+    if len(marks.shifts):
+        facts["restarts"] = _restarts(filled, marks, begins, grid)
     length = int(grid[-1] + n - begins[-1])
     return Timebase(rate=rate, length=length, source=np.append(begins, n), grid=grid, facts=facts)
+
+
+def _restarts(stamps: Filled, marks: Marks, begins: _Ints, grid: _Ints) -> list[list[float]]:
+    """Where on the grid the clock goes on from an earlier time, and that time [s since the first stamp]."""
+    rows = marks.shifts[:_LISTED_GAPS] + 1
+    runs = np.searchsorted(begins, rows, side="right") - 1
+    return [
+        [int(grid[run] + row - begins[run]), _stamp(stamps, int(row))]
+        for run, row in zip(runs, rows.tolist(), strict=True)
+    ]
 
 
 def _span(stamps: Stamps) -> float | None:

@@ -34,6 +34,7 @@ _SPARE_MEMORY = 512 << 20
 _MEMORY_PER_BYTE = 6  # the library holds the messages, and their columns are made from them
 _NOT_NEW = 0x7FFFFFFF  # accelerometer_timestamp_relative of a sample that is no new one
 _LARGEST_FIFO = 64
+_DEFAULT_RATE: Final = 400.0  # of IMU_GYRO_RATEMAX, at which the drivers publish [Hz]
 _BEGIN: Final = 16  # bytes in front of the first message
 _DEFINING: Final = (b"B", b"F", b"I", b"M", b"P", b"Q")  # messages before the first one of data
 _LOGGING: Final = (b"A", b"L", b"C")  # which may be one of these
@@ -107,7 +108,8 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
         "headings": list(columns),
         "units": ["us", *units],
         "guesses": [*guesses, *more, *_remarks(log)],
-        "source": source,
+        "apertures": _apertures(part.name.split("[")[0], messages[part.name], units),
+        "source": source | _sensor_rate(part.name.split("[")[0], log),
     }
     return facts, columns
 
@@ -256,6 +258,39 @@ def _vehicle_imu(message: Message) -> _Made:
     remarks.append("rates are the increments over the interval that each message states (delta_angle_dt)")
     remarks += _clipped(message, "delta_angle_clipping", "delta_velocity_clipping")
     return stamps, columns, ["rad/s"] * 3 + ["m/s²"] * 3, remarks
+
+
+#: Message -> group of its channels -> field with the time over which each sample was integrated [us].
+_INTEGRATED: Final = {
+    "sensor_combined": {"gyro": "gyro_integral_dt", "acc": "accelerometer_integral_dt"},
+    "vehicle_imu": {"gyro": "delta_angle_dt", "acc": "delta_velocity_dt"},
+}
+
+
+def _apertures(kind: str, message: Message, units: list[str]) -> dict[str, float]:
+    """Typical integration time of each channel [s]: that of the messages, however far apart they were logged."""
+    apertures: dict[str, float] = {}
+    for group, field in _INTEGRATED.get(kind, {}).items() if any(units) else ():
+        spans = message[field] if field in message else np.zeros(0)
+        spans = spans[spans > 0]
+        if len(spans):
+            apertures |= {f"{group}_{axis}": float(np.median(spans)) * 1e-6 for axis in "xyz"}
+    return apertures
+
+
+def _sensor_rate(kind: str, log: Any) -> dict[str, Any]:
+    """At what rate the drivers publish, of which the logger keeps a message now and then."""
+    if kind not in ("sensor_gyro", "sensor_accel"):
+        return {}
+    stated = log.initial_parameters.get("IMU_GYRO_RATEMAX")
+    rate, where = (_DEFAULT_RATE, "the default of") if stated is None else (float(stated), "parameter")
+    return {
+        "sensor_rate": {
+            "hz": rate,
+            "from": f"{where} IMU_GYRO_RATEMAX",
+            "advice": "log at the full rate (SDLOG_PROFILE, bit 5 of high rate), or the FIFO messages",
+        }
+    }
 
 
 def _sensor(name: str, unit: str) -> Callable[[Message], _Made]:

@@ -10,6 +10,7 @@ every later result.
 `spans`   stretches that are left out: they become gaps
 `rows`    rows that are no readings, or belong to two sensors
 `renewed` values of a sensor with a clock of its own
+`runs`    one of several power-ups in a log
 `labels`  names that stand at the wrong column
 ========= ============================================================
 
@@ -24,7 +25,7 @@ from collections.abc import Callable, Sequence
 
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
-from allanite.recording.cleaning import labels, rows, spans
+from allanite.recording.cleaning import labels, rows, runs, spans
 from allanite.recording.records import Recording
 
 __all__ = ["REPAIRS", "Repair", "clean"]
@@ -89,6 +90,12 @@ REPAIRS: dict[str, Repair] = {
         does="rows written twice, with stamp and values, are removed; the rate stays",
         answers=("duplicate_stamps", "time_stamps"),
         apply=lambda recording, _: rows.drop_duplicate_rows(recording),
+    ),
+    "keep_run": Repair(
+        does="one run of a log whose clock restarts is kept; the rest is removed",
+        answers=(),
+        apply=runs.keep_run,
+        value="first, last, longest, or the number of the run from 1; longest without",
     ),
     "split_interleaved": Repair(
         does="sensors that share a column row by row become separate channels, each at its own rate",

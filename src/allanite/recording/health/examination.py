@@ -124,6 +124,7 @@ LOG_DETECTORS: tuple[Callable[[Recording], Iterator[Finding]], ...] = (
     log.stamps,
     log.jitter,
     log.clock,
+    log.decimated,
     log.drift,
     log.text,
     log.repairs,

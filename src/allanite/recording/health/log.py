@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from allanite.errors import InputError
@@ -18,7 +19,7 @@ from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.health.values import TOLERATED
 from allanite.recording.records import Kind, Recording
 
-__all__ = ["clock", "drift", "jitter", "repairs", "stamps", "text", "words"]
+__all__ = ["clock", "decimated", "drift", "jitter", "repairs", "stamps", "text", "words"]
 
 Notes = Mapping[str, Any]
 
@@ -26,6 +27,8 @@ Notes = Mapping[str, Any]
 POOR_CLOCK = 100.0
 #: Share of the samples off the even grid from which the grid is refused.
 OFF_GRID = 0.05
+#: Share of the longest run of a clock that was set back from which a cut by its times is as good.
+_AS_LONG = 0.9
 #: Standard errors by which a drift of the clock must stand out: less than one record in a million by chance.
 CERTAIN = 5.0
 
@@ -52,21 +55,22 @@ def _spans(rows: Sequence[int]) -> list[tuple[int, int]]:
 # -- time -------------------------------------------------------------------------------------------------
 
 
-def _set_back(times: int, alone: Mapping[str, Any] | None) -> str:
-    """What to do about stamps that step back, so many times for good.
+def _set_back(alone: Mapping[str, Any] | None, longest: int) -> str:
+    """What to do about stamps that step back.
 
-    `alone` cuts the longest part that has its times to itself.
+    `alone` cuts the longest part that has its times to itself; the longest run between steps has `longest` rows.
     """
+    if longest and (not alone or int(alone["rows"]) < _AS_LONG * longest):
+        return (
+            "did the logger restart, or was its clock set back? --repair keep_run keeps the longest run "
+            f"({longest} rows), --repair keep_run=first or =last another; --rate overrides the stamps and takes the "
+            "runs for one record"
+        )
     if alone:
         options = " ".join(f"--{end} {alone[end]:.15g}" for end in ("from", "to") if end in alone)
         return (
             f"was the clock set back (to winter time, say)? {options} takes {alone['rows']} rows with unique "
             "times; --rate overrides the stamps"
-        )
-    if times:
-        return (
-            "did the logger restart, or were logs joined? Write each part to a separate file (sorted, their rows "
-            "would mix); --rate overrides the stamps"
         )
     return "sort the rows, or pass --rate, which overrides the stamps"
 
@@ -75,6 +79,21 @@ def _places(rows: Sequence[int], count: int) -> str:
     """At which rows, of so many: "at row 7", "at rows 7, 9", or of more "first at rows 7, 9, 11"."""
     listed = f"row{'s' * (len(rows) > 1)} {', '.join(map(str, rows))}"
     return f"at {listed}" if len(rows) == count else f"first at {listed}"
+
+
+def _doubled(share: float) -> str:
+    """What to do about stamps equal to the one before, this share of all."""
+    return (
+        "if rows stand twice, --repair drop_duplicate_rows removes them; --rate would count them as samples and "
+        f"stretch time by {percent(share)}. Only if each is a sample of its own, pass --rate"
+    )
+
+
+def longest_run(recording: Recording) -> int:
+    """Samples of the longest run between backward steps of the clock; 0 where it never steps back for good."""
+    places = [int(place) for place, _ in _notes(recording, "timebase").get("restarts") or ()]
+    edges = [0, *places, recording.n_samples]
+    return max(b - a for a, b in pairwise(edges)) if places else 0
 
 
 def stamps(recording: Recording) -> Iterator[Finding]:
@@ -100,8 +119,8 @@ def stamps(recording: Recording) -> Iterator[Finding]:
         severity=Severity.FATAL if fatal else Severity.WARNING,
         spans=_spans(rows),
         count=backward + duplicates,
-        advice=_set_back(int(_number(notes, "set_back")), notes.get("alone")) if backward else None,
-        repaired=not backward,
+        advice=_set_back(notes.get("alone"), longest_run(recording)) if backward else _doubled(share),
+        repaired=False,
     )
 
 
@@ -202,15 +221,43 @@ def clock(recording: Recording) -> Iterator[Finding]:
         return
     stamped = bool(notes.get("unit"))
     if not stamped:
+        seams = _rows(notes, "seams")
+        says = (
+            f"no time stamps are used: {recording.rate:.6g} Hz is the {notes.get('source') or 'rate given'}"
+        )
+        if seams:
+            says += (
+                f"; the stamps restart or jump at {plural(len(seams), 'row')} ({', '.join(map(str, seams))}), and the "
+                "samples on both sides are treated as consecutive"
+            )
         yield finding(
             "no_time_stamps",
-            f"no time stamps are used: {recording.rate:.6g} Hz is the {notes.get('source') or 'rate given'}",
-            severity=Severity.INFO,
+            says,
+            severity=Severity.WARNING if seams else Severity.INFO,
+            spans=_spans(seams),
             count=recording.n_samples,
+            advice="take one part of the log: --from and --to, or --repair keep_run, without --rate"
+            if seams
+            else None,
         )
     nominal = _number(notes, "rate_nominal")
     if nominal > 0.0:
         yield from _against(recording, nominal, "the stamps say" if stamped else "the rate given is")
+
+
+def decimated(recording: Recording) -> Iterator[Finding]:
+    """A sensor that runs faster than its log, as the log itself says."""
+    stated = _notes(recording, "source").get("sensor_rate")
+    sensor = _number(stated, "hz") if isinstance(stated, Mapping) else 0.0
+    if isinstance(stated, Mapping) and sensor > 1.5 * recording.rate:
+        yield finding(
+            "decimated",
+            f"the sensor runs at {sensor:.4g} Hz ({stated['from']}) and is logged at {recording.rate:.4g} Hz: N is up "
+            f"to {math.sqrt(sensor / recording.rate):.3g} times too large, less if the samples were filtered before",
+            severity=Severity.WARNING,
+            count=recording.n_samples,
+            advice=str(stated["advice"]),
+        )
 
 
 def _of_run(recording: Recording) -> Iterator[Finding]:

@@ -63,11 +63,12 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
         what="message",
     )
     place = parts[chosen.name][1]
+    sensor: dict[str, Any] = {}
     if isinstance(place, batches.SensorBatches):
         arrays, units, more = place.samples(records)
         rate: float | None = place.rate
     else:
-        arrays, units, more = _columns(records, place, stated)
+        arrays, units, more, sensor = _columns(records, place, stated)
         rate = None
     guesses += [*more, *records.odd, *_loss(records)]
     facts = {
@@ -80,6 +81,7 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
             "contents": listed([p for p, _ in parts.values()]),
             "records": int(sum(len(p) for p in records.places.values())),
             "bytes_skipped": records.skipped,
+            **sensor,
         },
     }
     return facts, arrays
@@ -190,8 +192,8 @@ def _unit(form: Format, column: str, stated: dict[str, str]) -> str:
 
 def _columns(
     records: Records, place: _PartPlace, stated: dict[int, dict[str, str]]
-) -> tuple[Arrays, list[str], list[str]]:
-    """Stamps and channels of one part, their units, and remarks."""
+) -> tuple[Arrays, list[str], list[str], dict[str, Any]]:
+    """Stamps and channels of one part, their units, remarks, and what the source notes of the sensor's rate."""
     form, clock = place.form, str(_clock(place.form))
     wanted = {("T" if c == "temperature" else c): c for c in _wanted(form, place.column)}
     growing = {c: GrowingColumn(_type_of(form, c)) for c in (clock, *wanted)}
@@ -210,7 +212,7 @@ def _columns(
         *(_unit(form, c, stated.get(form.kind, {})) for c in wanted),
     ]
     remarks_of_clock = [f"time is {clock}, the time of each sample"] if clock == "SampleUS" else []
-    return arrays, units, remarks_of_clock + watched.remarks(arrays[heading])
+    return arrays, units, remarks_of_clock + watched.remarks(), watched.sensor_rate()
 
 
 def _type_of(form: Format, column: str) -> np.dtype[Any]:
@@ -241,8 +243,16 @@ class _Watched:
             self._rates[c] = max(self._rates[c], float(rows[c].max()))
         self._started = True
 
-    def remarks(self, stamps: NDArray[Any]) -> list[str]:
-        """What is to be said of them, in words; `stamps` are those of all rows [µs]."""
+    def sensor_rate(self) -> dict[str, Any]:
+        """The rate of the sensor, where the message states it: the autopilot filters and decimates it for the log."""
+        rate = max(self._rates.values(), default=0.0)
+        if rate <= 0:
+            return {}
+        advice = "log the raw samples: GYR and ACC (INS_RAW_LOG_OPT), or batches"
+        return {"sensor_rate": {"hz": rate, "from": "GHz and AHz of the message", "advice": advice}}
+
+    def remarks(self) -> list[str]:
+        """What is to be said of them, in words."""
         who = {"G": "gyro", "A": "accelerometer"}
         sentences = [
             f"the driver of the {who[c[1]]} counted {last - first:.0f} errors during the log"
@@ -254,13 +264,4 @@ class _Watched:
             for c, n in self._unhealthy.items()
             if n
         ]
-        span = float(stamps[-1]) - float(stamps[0]) if len(stamps) > 1 else 0.0
-        logged = (len(stamps) - 1) / (span * 1e-6) if span > 0 else 0.0
-        sensor = max(self._rates.values(), default=0.0)
-        if logged > 0 and sensor > 1.5 * logged:
-            sentences.append(
-                f"the sensor runs at {sensor:.0f} Hz and is logged at {logged:.4g} Hz: the autopilot "
-                "filters and decimates it, so the noise is not that of the sensor; log GYR and ACC, or "
-                "batches, instead"
-            )
         return sentences

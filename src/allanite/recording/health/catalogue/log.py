@@ -73,7 +73,7 @@ LOG: dict[str, FindingKind] = {
     "decimated": FindingKind(
         group=_TIME,
         severity="warning",
-        means="the rate is a whole fraction of the nominal one: every k-th sample was logged",
+        means="the log is slower than the sensor, by its header or by the autopilot: every k-th sample was logged",
         risk="without averaging, N is up to sqrt(k) too large (aliasing)",
         done="kept",
         advice="log at the full rate, or average k samples",
@@ -88,8 +88,9 @@ LOG: dict[str, FindingKind] = {
     ),
     "no_time_stamps": FindingKind(
         group=_TIME,
-        severity="info",
-        means="there are no time stamps, or --rate overrides them: lost samples cannot be detected",
+        severity="info, warning",
+        means="there are no time stamps, or --rate overrides them: lost samples cannot be detected; a warning where "
+        "the stamps that it overrides restart or jump",
         risk="a wrong rate changes every lag and coefficient",
         done="the stated rate is used",
         advice="check the rate; log time stamps",
