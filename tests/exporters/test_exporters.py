@@ -91,6 +91,21 @@ def study(*channels: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+# -- what is said ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["kalibr", "px4", "gtsam", "vins", "openvins", "matlab", "cpp"])
+@pytest.mark.parametrize("factor", [1.5, 4.4721])
+def test_a_file_says_that_its_white_noise_is_aliased(name: str, factor: float) -> None:
+    """And says nothing where samples average all of their interval."""
+    whole = fitted("gyro_x", White(N=1e-4), RandomWalk(K=1e-6))
+    part = whole | {"aliasing": {"aperture": 0.005, "interval": 0.005 * factor**2, "factor": factor}}
+    options = {"channel": "gyro_x"} if name == "cpp" else {}
+    said = str(al.export(name, study(part), **options))
+    assert "ALIASED: each sample averages 0.005 s" in said and f"{factor:.4g} times smaller" in said
+    assert "ALIASED" not in str(al.export(name, study(whole | {"aliasing": None}), **options))
+
+
 # -- the numbers ------------------------------------------------------------------------------------------
 
 

@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 import allanite
 from allanite import __version__
 from allanite.errors import InputError, StorageError
+from allanite.exporters.aliased import aliasing_comments
 from allanite.exporters.bounds import bound_comments, motion_comments, refuse_terms
 from allanite.exporters.renewed import renewed_lines
 from allanite.exporters.triads import plain_line
@@ -313,7 +314,7 @@ def _choices(
     bound = bound_comments(_plain(axis["name"]), axis["models"])
     if bound and model.term("flicker") is not None:
         bound.append("the states of its flicker hold that within 1 % of its Allan deviation")
-    lines += [*bound, *motion_comments(_plain(axis["name"]), axis["models"])]
+    lines += [*bound, *motion_comments(_plain(axis["name"]), axis["models"]), *aliasing_comments(axis)]
     if len(axis["models"]) > 1:
         drifts = (
             f", which drifts more over {span / 2:.6g} s" if model.family == _worst(axis, span).family else ""

@@ -8,6 +8,7 @@ from typing import Any
 
 from allanite import __version__
 from allanite.errors import InputError
+from allanite.exporters.aliased import aliasing_comments
 from allanite.exporters.bounds import bound_comments, motion_comments, refuse_terms
 from allanite.exporters.imu.axes import UNITS, AxisNumbers
 from allanite.exporters.imu.usage import Usage
@@ -183,7 +184,7 @@ def _columns(sensor: str, held: frozenset[str]) -> str:
 
 
 def bound_lines(channels: Sequence[Json], consumer: Consumer, axes: str) -> list[str]:
-    """Comments on models that are bounds, which the file must leave bounds, and on those of a sensor in motion.
+    """Comments on bounds, which the file must leave bounds, on a sensor in motion, and on aliased white noise.
 
     Raises
     ------
@@ -196,7 +197,8 @@ def bound_lines(channels: Sequence[Json], consumer: Consumer, axes: str) -> list
         lines += bound_comments(plain_line(channel["name"]), channel["models"])
     if lines and axes == "rms":
         raise InputError(f"a bound of all axes is that of the worst one: axes='worst', not {axes!r}")
-    return [*lines, *(line for c in channels for line in motion_comments(plain_line(c["name"]), c["models"]))]
+    lines += [line for c in channels for line in motion_comments(plain_line(c["name"]), c["models"])]
+    return [*lines, *(line for c in channels for line in aliasing_comments(c))]
 
 
 def number_format(digits: int) -> str:
