@@ -111,12 +111,12 @@ def _intervals_of(place: int, table: Table, rate: float) -> tuple[int, float, fl
 
     None where no column has that name or agrees with the rate.
     """
-    own = namesake(place, table)
-    if own is not None:
-        stated = (table.units[own] if table.units else "") or interval_unit(table.headings[own]) or ""
-        covered = covered_seconds(table.columns[own], stated, rate)
+    named = namesake(place, table)
+    if named is not None:
+        stated = (table.units[named] if table.units else "") or interval_unit(table.headings[named]) or ""
+        covered = covered_seconds(table.columns[named], stated, rate)
         if covered is not None:
-            return own, covered[1], covered[0]
+            return named, covered[1], covered[0]
     fitting = []
     for i, heading in enumerate(table.headings):
         unit = interval_unit(heading)
