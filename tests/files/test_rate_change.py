@@ -15,7 +15,17 @@ from allanite.errors import DataQualityError
 
 @pytest.mark.parametrize(
     ("share", "before", "after"),
-    [(0.2, 10.0, 5.0), (0.2, 100.0, 37.0), (0.2, 200.0, 50.0), (0.5, 5.0, 10.0), (0.5, 100.0, 37.0)],
+    [
+        (0.2, 10.0, 5.0),
+        (0.2, 100.0, 37.0),
+        (0.2, 200.0, 50.0),
+        (0.5, 5.0, 10.0),
+        (0.5, 100.0, 37.0),
+        (0.7, 5.0, 10.0),
+        (0.9, 5.0, 10.0),
+        (0.8, 100.0, 130.0),
+        (0.3, 100.0, 102.0),
+    ],
 )
 @pytest.mark.parametrize("jitter", [0.0, 0.02])
 def test_both_rates_and_the_place_are_named(
@@ -37,3 +47,18 @@ def test_both_rates_and_the_place_are_named(
     assert float(found[1]) == pytest.approx(before, rel=0.01)
     assert float(found[2]) == pytest.approx(after, rel=0.01)
     assert abs(int(found[3]) - change) <= n // 256
+
+
+@pytest.mark.parametrize("share", [0.7, 0.9])
+def test_every_second_sample_lost_from_some_row_on_is_no_change_of_the_rate(
+    share: float, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    times, n = np.arange(6000.0) / 10, 6000
+    kept = (np.arange(n) < share * n) | (np.arange(n) % 2 == 0)
+    log = tmp_path / "log.csv"
+    rows = np.column_stack([times, rng.standard_normal(n)])[kept]
+    np.savetxt(log, rows, delimiter=",", header="time [s],gyro [deg/h]", comments="", fmt="%.9g")
+    record = al.read(log)
+    assert record.rate == pytest.approx(10.0)
+    assert np.isnan(record.values("gyro")).sum() == record.n_samples - kept.sum()
+    assert record.n_samples in (n - 1, n)

@@ -26,6 +26,7 @@ from allanite.files.readers.coarse_stamps import without_place
 from allanite.files.readers.filled_stamps import CACHED, ArrayStamps, Filled, Stamps
 from allanite.files.readers.grid_check import in_stalls, off_grid_share
 from allanite.files.readers.late_stamps import InTime
+from allanite.files.readers.rate_change import two_rates
 from allanite.files.readers.set_back import between, longest_alone
 from allanite.files.readers.stamp_regimes import JUDGES, LONGEST, SHORTEST, Probe, no_grid, probe_of
 from allanite.lazy_dataclasses import dataclass
@@ -41,6 +42,7 @@ _LISTED_GAPS = 100
 _PAUSE = 1.5  # intervals: longer steps are pauses
 _ON_GRID = 0.02  # intervals by which a pause misses the grid that ends on it, beside the jitter
 _FEW_PAUSES = 8
+_FEW_SHIFTS = 8  # times that a clock may be set back before a change of the rate is looked for
 _HEAD = 16  # samples behind a pause whose stamps say together where it ends
 _LOOSE = 0.2  # intervals by which a pause misses the grid that ends beside it
 _UNPLACED = 0.3  # share of the samples without a place of their own beyond which there is no grid
@@ -133,6 +135,9 @@ def fit_grid(
         marks = again
         if settled:
             break
+    # A rate that rises looks like a clock that falls back by half an interval, again and again.
+    if line.kinked or (len(marks.shifts) > _FEW_SHIFTS and two_rates(filled)):
+        raise no_grid(filled, source, "their rate changes")
     if probe.late is not None:
         _refuse_off_grid(filled, marks, source, interval)
     # Half the standard deviation of a least-squares slope (relative): digits beyond it say nothing.
