@@ -23,10 +23,12 @@ using allanite::Slice;
 template <bool draws>
 auto of_size(Index n) noexcept {
     switch (n) {
+#ifndef ALLANITE_FALLBACK  // processors without AVX2 make do with one size for all: the wheel is to be small
         case 1: return allanite::gain_filter<1, draws>;
         case 2: return allanite::gain_filter<2, draws>;
         case 3: return allanite::gain_filter<3, draws>;
         case 4: return allanite::gain_filter<4, draws>;
+#endif
         default: return allanite::gain_filter<allanite::any_size, draws>;
     }
 }

@@ -257,9 +257,7 @@ constexpr Index most_segment_states = 48;
 template <bool draws>
 auto segment_rows_of_size(Index n) noexcept {
 #ifdef ALLANITE_FALLBACK // beside another build for wide vectors: fewer widths, for processors before 2013
-    return n <= 4    ? segment_rows<4, draws>
-           : n <= 16 ? segment_rows<16, draws>
-                     : segment_rows<most_segment_states, draws>;
+    return n <= 8 ? segment_rows<8, draws> : segment_rows<most_segment_states, draws>;
 #else
     return n <= 4    ? segment_rows<4, draws>
            : n <= 8  ? segment_rows<8, draws>

@@ -457,12 +457,16 @@ def _latitude(
     inflation = inflation_of([*questions(case), *scatter_of_stands(case, alone, one)])
     covariance = alone.covariance(alone.gradient(lambda p: p[..., :3])) * inflation**2
     rate = alone.parameters[:3]
-    found, sd = measured_latitude(rate, covariance, setting.confidence)
-    if one or not found.resolved:
-        return found, sd, []
+    measured, sd = measured_latitude(rate, covariance, setting.confidence)
+    if one or not measured.resolved:
+        return measured, sd, []
     given = setting.frame.latitude
     test = alarm("latitude", latitude_distance(rate, covariance, given, setting.stated.latitude), 1)
-    return found, sd, [AlignmentCheck.of(AlignmentCheckKind.LATITUDE, test, value=found.value, given=given)]
+    return (
+        measured,
+        sd,
+        [AlignmentCheck.of(AlignmentCheckKind.LATITUDE, test, value=measured.value, given=given)],
+    )
 
 
 def _true_rate(case: Case, solution: AlignmentSolution, stand: int, *, bias: bool = True) -> Array:

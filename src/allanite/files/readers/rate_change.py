@@ -22,8 +22,8 @@ def two_rates(stamps: Filled) -> tuple[float, float, int] | None:
     """Rates [Hz] before and after the row at which the rate changes; None where it does not, or more than once."""
     n = len(stamps)
     rows = np.unique(np.linspace(0, max(n - 1, 0), _LOOKED_AT).astype(np.int64))
-    found = kink(rows.astype(np.float64), np.array([stamps.read(row, row + 1)[0] for row in rows.tolist()]))
-    return None if found is None else (1 / found[0], 1 / found[1], int(rows[found[2]]))
+    change = kink(rows.astype(np.float64), np.array([stamps.read(row, row + 1)[0] for row in rows.tolist()]))
+    return None if change is None else (1 / change[0], 1 / change[1], int(rows[change[2]]))
 
 
 def kink(places: Array, times: Array) -> tuple[float, float, int] | None:
