@@ -13,8 +13,9 @@ innovations: all three are fitted. The likelihood of the periodogram I is that o
     -ln L = sum of ln S(w_i) + I(w_i)/S(w_i),                                                                   (2)
 
 and the interval of a or b holds the values whose likelihood, at the best of the two others, is within the quantile of
-chi-square of the largest. It has no upper end where the record does not reach down to the plateau of b, or up to that
-of a. A mean over the lowest frequencies of the record is no estimate of b: it is a part of the way from a to b.
+chi-square of the largest. Corners above `_HIGHEST` are not tried: there the filter would follow every sample, and even
+a flat density could be that of b alone. The interval of b has no upper end where the record does not reach down to its
+plateau. A mean over the lowest frequencies of the record is no estimate of b: it is a part of the way from a to b.
 
 References
 ----------
@@ -41,8 +42,9 @@ Array = NDArray[np.float64]
 _FEWEST = 30
 #: Neighbouring frequencies up to this ratio are one point.
 _RATIO = 1.1
-#: Corners that are tried, from below the lowest frequency to above the highest; then between neighbours of the best.
-_CORNERS, _BEYOND = 24, 1.0
+#: Corners that are tried, from below the lowest frequency to the highest that a filter of a sensor may have; then
+#: between neighbours of the best.
+_CORNERS, _BEYOND, _HIGHEST = 24, 1.0, 4.0
 _ZOOMS, _WITHIN = 3, 9
 #: Largest step of a coefficient in one iteration, and when it has settled.
 _LEAST, _SETTLED, _ROUNDS = 0.2, 1e-8, 60
@@ -115,10 +117,10 @@ class _Fit:
         best, square, _ = self._over_corners(lambda corners: self._of_both(which, corners))
 
         def lacks(log_square: float) -> tuple[float, bool]:
-            """What the likelihood lacks, and whether the best corner is an end of those tried."""
+            """What the likelihood lacks, and whether the plateau is below the record."""
             given = math.exp(log_square)
-            loss, _, is_edge = self._over_corners(lambda corners: self._of_other(which, given, corners))
-            return loss - best, is_edge
+            loss, _, is_lowest = self._over_corners(lambda corners: self._of_other(which, given, corners))
+            return loss - best, is_lowest and which == 1
 
         low, high = (_end(lacks, math.log(square), side, least) for side in (-1, 1))
         resolved = not math.isnan(low + high)
@@ -131,17 +133,18 @@ class _Fit:
         )
 
     def _over_corners(self, of: Callable[[Array], tuple[Array, Array]]) -> tuple[float, float, bool]:
-        """The least -ln L over all corners, the square there, and whether that corner is an end of those tried."""
-        corners = np.linspace(math.log(self.w[0]) - _BEYOND, math.log(self.w[-1]) + _BEYOND, _CORNERS)
+        """The least -ln L over all corners, the square there, and whether that corner is the lowest of those tried."""
+        lowest = math.log(self.w[0]) - _BEYOND
+        corners = np.linspace(lowest, max(math.log(_HIGHEST), lowest + 2 * _BEYOND), _CORNERS)
         losses, squares = of(corners)
         at = int(losses.argmin())
-        is_edge = at in (0, _CORNERS - 1)
+        is_lowest = at == 0
         for _ in range(_ZOOMS):
             near = corners[max(at - 1, 0)], corners[min(at + 1, len(corners) - 1)]
             corners = np.linspace(*near, _WITHIN)
             losses, squares = of(corners)
             at = int(losses.argmin())
-        return float(losses[at]), float(squares[at]), is_edge
+        return float(losses[at]), float(squares[at]), is_lowest
 
     def _shapes(self, which: int, corners: Array) -> tuple[Array, Array]:
         """What a (0) or b (1) stands for in the density, and the other; shape (corners, m)."""
@@ -187,13 +190,13 @@ class _Fit:
 
 
 def _end(lacks: Callable[[float], tuple[float, bool]], middle: float, side: int, least: float) -> float:
-    """Where the likelihood lacks `least`; NaN where that is nowhere, or above with a corner that the record lacks."""
+    """Where the likelihood lacks `least`; NaN where that is nowhere, or above with a plateau below the record."""
     inside, step = 0.0, _STEP
     while True:
-        lack, is_edge = lacks(middle + side * (inside + step))
+        lack, is_below = lacks(middle + side * (inside + step))
         if lack >= least:
             break
-        if (is_edge and side > 0) or inside + step > _FAR:
+        if (is_below and side > 0) or inside + step > _FAR:
             return math.nan
         inside, step = inside + step, 1.5 * step
     outside = inside + step
