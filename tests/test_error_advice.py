@@ -66,6 +66,10 @@ ELSEWHERE: dict[str, tuple[str, str]] = {
     ),
     "leads out of itself": ("files/test_readers_hdf5.py", 'variable="good"'),
     "samples with the same time": ("files/test_readers_ros.py", 'topic="/all.samples[1]"'),
+    "It is a fraction: {} % is": ("quantities/test_scale_uncertainty.py", "10 % is 0"),
+    "state to which side of": ("experiments/test_north.py", '"--second-axis left" in asked.err'),
+    "the rate changes from {} Hz to {} Hz": ("files/test_rate_change.py", "al.read(log, start=1.05 * at)"),
+    "--second-axis needs two channels": ("experiments/test_north.py", "needs two channels of rates"),
     "--heading needs --latitude": ("experiments/test_position_planning.py", "depends on the latitude"),
     "--variable {} (every {} s)": ("files/test_readers_labview.py", "--variable '[^']+'"),
 }

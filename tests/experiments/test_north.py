@@ -137,6 +137,8 @@ def test_the_side_of_the_second_axis_is_asked_for_and_named(
     asked = run(*command)
     assert asked.code == 1
     assert "--second-axis left" in asked.err
+    alone = run(*command, "--second-axis", side, "--channels", "x")
+    assert alone.code == 1 and "needs two channels of rates" in alone.err
     done = run(*command, "--second-axis", side, "--json")
     assert done.code == 0, done.err
     assert abs(apart(json.loads(done.out)["azimuth"], psi)) < 1 * DEG

@@ -169,8 +169,8 @@ def test_result_is_plain_and_says_what_it_is() -> None:
 @pytest.mark.parametrize(
     ("model", "options", "message"),
     [
-        (PUBLISHED, {}, "needs the correlation time"),
-        (PUBLISHED, {"T": -1.0}, "needs the correlation time"),
+        (PUBLISHED, {}, "the correlation time"),
+        (PUBLISHED, {"T": -1.0}, "the correlation time"),
         (seed_paper.sensor(), {"T": 10.0}, "leave T out"),
         (NoiseModel.of(White(N=1.0)), {"T": 1.0}, "one bias instability"),
         (NoiseModel.of(Flicker(B=1.0)), {"T": 1.0}, "needs white noise"),

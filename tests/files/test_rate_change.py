@@ -42,11 +42,14 @@ def test_both_rates_and_the_place_are_named(
         al.read(log)
     words = str(refused.value)
     assert "--rate" not in words and "fit no even grid" in words
-    found = re.search(r"from ([\d.]+) Hz to ([\d.]+) Hz near row (\d+)", words)
+    found = re.search(r"from ([\d.]+) Hz to ([\d.]+) Hz near row (\d+), ([\d.]+) s", words)
     assert found is not None
     assert float(found[1]) == pytest.approx(before, rel=0.01)
     assert float(found[2]) == pytest.approx(after, rel=0.01)
     assert abs(int(found[3]) - change) <= n // 256
+    at = float(found[4])
+    assert al.read(log, stop=0.95 * at).rate == pytest.approx(before, rel=0.001)
+    assert al.read(log, start=1.05 * at).rate == pytest.approx(after, rel=0.001)
 
 
 @pytest.mark.parametrize("share", [0.7, 0.9])

@@ -14,6 +14,7 @@ from allanite.errors import InputError
 from allanite.files.store import Header
 from allanite.fitting.scale import with_scale_uncertainty
 from allanite.noise import Estimate, NoiseModel, White
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.quantities.uncertain_number import parse_leading_number
 from allanite.quantities.units import parse_scale_factor
 from allanite.recording.records import Channel, Recording
@@ -147,3 +148,9 @@ def test_the_frequency_of_a_line_is_of_time() -> None:
     (sure, at), (unsure, again) = line("24.0 mV/(deg/s)"), line("24.0(2) mV/(deg/s)")
     assert (again.lower, again.upper) == (at.lower, at.upper) and again.statistical is None
     assert unsure.upper > sure.upper and unsure.lower < sure.lower
+
+
+def test_percent_that_was_meant_is_told_from_the_fraction_that_was_stated() -> None:
+    with pytest.raises(InputError, match=r"is 1000 %.*10 % is 0\.1, --scale-uncertainty 10%"):
+        SetupUncertainty(scale=10.0)
+    assert SetupUncertainty(scale=0.1).budget(0.5)["scale factor"] == 0.1

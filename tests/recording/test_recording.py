@@ -93,7 +93,7 @@ def test_large_integers_keep_their_last_digit() -> None:
     np.testing.assert_array_equal(rec.values("signal") - rec.values("signal")[0], [0.0, 1.0, 5.0])
     assert rec.origin("signal") == float(base)
     with pytest.raises(InputError, match="2\\*\\*53"):
-        ArrayColumn(np.array([-(1 << 62), 1 << 62]))
+        ArrayColumn(np.arange(-8, 9) * (1 << 58))
 
 
 def test_overload_words_and_exclusions_read_as_missing() -> None:
