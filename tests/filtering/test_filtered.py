@@ -7,6 +7,7 @@ import json
 import math
 import tracemalloc
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from allanite.recording.block_series import BlockSeries
 from allanite.recording.records import Channel, Kind, Recording
 from allanite.recording.sample_columns import ArrayColumn
 from resident_memory import needs_resident_bytes, resident_bytes
+from shell import Run
 
 DEG = math.radians(1)
 #: A gyro whose drift shows within minutes.
@@ -323,3 +325,11 @@ def test_refusals(model: Any, options: dict[str, Any], message: str) -> None:
     whole = Recording(channels=channels, columns=(*table.columns, ArrayColumn(np.zeros(80))), rate=8.0)
     with pytest.raises(InputError, match=message):
         filter_recording(whole, model, **options)
+
+
+def test_a_record_too_short_for_turns_is_refused_as_too_short(run: Run, tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("time [s],gyro [deg/h]\n" + "".join(f"{k / 10},{30 + k % 2}\n" for k in range(5)))
+    done = run("filter", log, "--model", "N=0.3 deg/√h, B=5 deg/h")
+    assert done.code == 1
+    assert "too_short" in done.err and "turns" not in done.err

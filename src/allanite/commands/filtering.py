@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.commands.measurement import MeasurementResult, measured_result, origin_of
 from allanite.commands.recordings import is_lossy, read_part, read_whole
 from allanite.commands.turned import checked, gyro_of, model_for, turn_spans, turns_of
-from allanite.errors import DataQualityError, InputError
+from allanite.errors import AllaniteError, DataQualityError, InputError
 
 if TYPE_CHECKING:
     from allanite.noise import NoiseModel
@@ -110,7 +110,10 @@ def _refused(recording: Recording, channel: str, error: DataQualityError) -> Dat
 
     if recording[channel].kind not in (Kind.RATE, Kind.ANGLE):
         return error
-    turns = find_reversals(recording, channel=channel).turns
+    try:
+        turns = find_reversals(recording, channel=channel).turns
+    except AllaniteError:  # too little to look for turns in: the first refusal is the one to tell
+        return error
     if not turns:
         return error
     return DataQualityError(
