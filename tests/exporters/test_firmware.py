@@ -394,6 +394,7 @@ def disturbed(rng: np.random.Generator, missing: float) -> NDArray[np.float64]:
     return y
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not (shutil.which("g++") and shutil.which("make")), reason="needs g++ and make")
 @pytest.mark.parametrize("optimise", FAST)
 @pytest.mark.parametrize(("scalar", "bound"), [("double", 1e-9), ("float", 5e-3)])

@@ -44,6 +44,7 @@ def misfits(found: Innovations) -> set[WrongNumber]:
     return set(found.axes[0].misfits)
 
 
+@pytest.mark.long
 def test_a_right_filter_is_seldom_called_wrong_and_its_intervals_cover_one() -> None:
     runs, wrong, bands, missed = 120, 0, 0, 0
     for seed in range(runs):
@@ -85,6 +86,7 @@ def test_the_number_that_is_wrong_is_found_with_its_factor(
     assert missed <= binomial_bound(2 * runs, 0.05)
 
 
+@pytest.mark.long
 def test_intervals_of_the_factors_hold_the_true_ones() -> None:
     """Of any size, of either number or of both; also where the record does not reach down to the plateau of K."""
     factors = [(1.0, f) for f in (0.1, 0.3, 3.0, 10.0, 30.0)] + [
