@@ -55,7 +55,9 @@ def fitted(recording: al.Recording, method: str) -> NoiseModel:
     return al.fit(recording, method=method)
 
 
-@pytest.mark.parametrize("method", ["moments", "likelihood", pytest.param("spectral", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "method", ["moments", "likelihood", pytest.param("spectral", marks=pytest.mark.long)]
+)
 @pytest.mark.parametrize("sensor", SENSORS)
 @pytest.mark.parametrize("duration", [300.0, pytest.param(900.0, marks=pytest.mark.long)])
 def test_a_set_holds_the_value_of_its_model(
