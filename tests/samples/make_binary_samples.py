@@ -511,7 +511,7 @@ def spreadsheet() -> None:
     numbered = {
         **whole,
         "source": {**whole["source"], "serial": "12"},
-        "guess": "of several sheets Log is read",
+        "guess": "several sheets: Log was read",
     }
     save(
         place,
