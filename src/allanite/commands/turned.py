@@ -408,18 +408,13 @@ def judged(
     kept_findings += at_rest.values()
     kept_findings = [_milder(f) if f.code in {*_JUDGED_LATER, *milder} else f for f in kept_findings]
     kept_findings = [reviewed(f) for f in kept_findings] if reviewed is not None else kept_findings
-    if len(spans):
-        kept_findings = [_without_cut(f) for f in kept_findings]
+    if len(spans):  # cutting the motion out of a record that was turned would take the turns
+        kept_findings = [f.unrepaired("cut_motion") for f in kept_findings]
     kept_findings.sort(key=lambda f: f.severity.rank)
     ready, findings = prepare(recording, kept_findings, accept=accept)
     serious = [f for f in findings if f.severity is not Severity.INFO or f.excludes or _is_of_the_log(f)]
     short = spans[spans[:, 1] - spans[:, 0] <= longest * recording.rate]
     return TurnedRecord(recording=ready, findings=findings, lossy=is_lossy(_lost(f, short) for f in serious))
-
-
-def _without_cut(finding: Finding) -> Finding:
-    """Without the advice to cut the motion out: of a record that is turned that would take the turns."""
-    return replace(finding, advice=finding.advice.replace(" (--repair cut_motion)", ""))
 
 
 def turn_spans(reversals: Reversals) -> NDArray[np.int64]:

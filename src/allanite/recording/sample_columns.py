@@ -27,6 +27,7 @@ __all__ = [
     "less_base",
     "let_go",
     "merge_spans",
+    "middle",
     "torn",
 ]
 
@@ -126,14 +127,19 @@ def _base_of_most(array: NDArray[Any], low: int, high: int) -> int:
 
     The samples near the base stay exact; those beyond 2**53 of it keep 53 bits, an error that their distance dwarfs.
     """
-    probe = array[:: max(array.size // _PROBED, 1)]
-    base = int(float(np.partition(probe, probe.size // 2)[probe.size // 2]))
-    if torn(less_base(probe, base)):
+    base = int(middle(array))
+    if torn(less_base(array[:: max(array.size // _PROBED, 1)], base)):
         raise InputError(
             f"64-bit integers from {low} to {high} span more than 2**53: float64 cannot hold them; "
             "subtract an offset or scale them first"
         )
     return base
+
+
+def middle(values: NDArray[Any]) -> float:
+    """A number that half of the values are not above, of a part of them where there are many; 0 of none."""
+    some = values[:: max(len(values) // _PROBED, 1)]
+    return float(np.partition(some, len(some) // 2)[len(some) // 2]) if len(some) else 0.0
 
 
 def torn(away: Samples) -> bool:

@@ -25,10 +25,10 @@ def checked_thermometer(recording: Recording, name: str, measured: Collection[st
     """
     kind = recording[name].kind
     if name in measured:
-        raise InputError(f"channel {name!r} is measured: name another as the temperature")
+        raise InputError(f"channel {name!r} is the one that is measured: name another for the temperature")
     if kind in _NO_TEMPERATURE:
         raise InputError(
-            f"channel {name!r} is one of {kind.value}, not of temperature: name another, or state its unit "
+            f"channel {name!r} holds {kind.value}, not temperature: name another, or state its unit "
             f"({unit_option([name], 'degC')})"
         )
     return name

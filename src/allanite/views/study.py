@@ -12,6 +12,7 @@ from allanite.noise import NoiseModel
 from allanite.plain_files.counted import plural
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, number, probability
+from allanite.recording.health.catalogue.samples import BY_SAMPLES
 from allanite.recording.health.finding import Finding
 from allanite.stability.environment.results import EnvironmentFacts
 from allanite.study.results import ChannelModels, ChannelStudy, StudiedRecord
@@ -408,9 +409,8 @@ def _longer(study: Study) -> Iterator[PageBlock]:
     every = [(channel, each) for channel in study.channels for each in channel.advice]
     asked = [(channel, each) for channel, each in every if not each.reached]
     finite = [(each.duration, c.name, each.text) for c, each in asked if math.isfinite(each.duration)]
-    scattered = [f for f in study.findings if f.code == "missing" and not f.advice.startswith("none needed")]
-    if scattered:
-        yield Text(sentence(f"Next: gaps end the curve early: {scattered[0].advice}"), brief=True)
+    if any(f.advice == BY_SAMPLES for f in study.findings):
+        yield Text(sentence(f"Next: gaps cut the curve short; {BY_SAMPLES}"), brief=True)
     elif finite:
         _, name, text = min(finite)
         yield Text(sentence(f"Next: {name}: {text}"), brief=True)

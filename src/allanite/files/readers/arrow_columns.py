@@ -25,7 +25,7 @@ from allanite.plain_files.arrow_numbers import numbers_of, whole_numbers_of
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.records import Channel, Column
-from allanite.recording.sample_columns import less_base, torn
+from allanite.recording.sample_columns import less_base, middle, torn
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -34,7 +34,6 @@ __all__ = ["DESCRIPTION", "brief", "table_of_arrow"]
 
 #: Key of the metadata under which `parquet.write` keeps the channels.
 DESCRIPTION = b"allanite"
-_PROBED = 1 << 16  # rows of the first group that tell where most of a column lies
 _KEPT_GROUPS, _LARGE = 3, 1 << 20  # groups kept of a column; of larger ones [bytes] only one
 
 
@@ -58,8 +57,7 @@ class _LazyColumn:
         self.origin = 0.0
         if whole and dtype.itemsize == 8 and edges[-1] > 0:
             first = self._checked(0, 0)
-            known = first[np.isfinite(first)][:: max(len(first) // _PROBED, 1)]
-            typical = float(np.partition(known, len(known) // 2)[len(known) // 2]) if len(known) else 0.0
+            typical = middle(first[np.isfinite(first)])
             if abs(typical) >= 2.0**53:  # integers that far are read relative to where most of them lie
                 self.origin = math.nextafter(typical, 0.0)  # itself it may be too large for its type
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from allanite.files.readers.filled_stamps import BLOCK, CACHED, Filled
 from allanite.files.readers.late_stamps import InTime
-from allanite.files.readers.rate_change import kink
+from allanite.files.readers.rate_change import RateChange, kink
 from allanite.lazy_dataclasses import dataclass
 from allanite.quantities.sums import sum_of_products
 
@@ -50,7 +50,7 @@ class ClockLine:
     change_ppm, change_error_ppm : float or None
         Change of the rate from the first stamp to the last and its standard error; None where nothing can be said:
         too few stamps, or the clock was set.
-    kinked : bool
+    kink : RateChange or None
         The rate changes once, by more than clocks do.
     wander : float [s]
         How far stamps lie from the line, by medians of parts: single late ones do not count.
@@ -59,7 +59,7 @@ class ClockLine:
     interval: float
     change_ppm: float | None
     change_error_ppm: float | None
-    kinked: bool
+    kink: RateChange | None
     wander: float
 
 
@@ -75,7 +75,7 @@ def fit_line(stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool
     """
     places, level, whole = _levels(stamps, marks, interval, ticks)
     if len(places) == 0:
-        return ClockLine(interval=interval, change_ppm=None, change_error_ppm=None, kinked=False, wander=0.0)
+        return ClockLine(interval=interval, change_ppm=None, change_error_ppm=None, kink=None, wander=0.0)
     line = _fitted(stamps, marks, interval, ticks, places, level)
     change, wander = None, 0.0
     rest = (level - (line - interval) * places)[whole]
@@ -86,7 +86,7 @@ def fit_line(stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool
         interval=line,
         change_ppm=None if change is None else change[0],
         change_error_ppm=None if change is None else change[1],
-        kinked=not len(marks.shifts) and kink(places[whole], (level + interval * places)[whole]) is not None,
+        kink=None if len(marks.shifts) else kink(places[whole], (level + interval * places)[whole]),
         wander=wander,
     )
 

@@ -3,43 +3,62 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.files.readers.filled_stamps import Filled
+from allanite.lazy_dataclasses import dataclass
 
-__all__ = ["kink", "two_rates"]
+__all__ = ["RateChange", "kink", "two_rates"]
 
 Array = NDArray[np.float64]
 
-#: Stamps looked at, a least number of rows, and a difference of the rates that is one.
-_LOOKED_AT, _FEWEST, _DIFFERENT = 512, 16, 0.01
-#: So much of the bend may be left between the stamps and two straight lines.
-_LEFT = 0.05
+#: Stamps looked at, and stretches between them that are needed.
+_LOOKED_AT, _FEWEST = 257, 15
+#: Least relative difference of two rates; of the stretches so many are nearer to their own than a part of it.
+_DIFFERENT, _MOST, _NEAR = 0.01, 0.9, 0.25
+_END = 32  # of the stretches, one part so small tells the rate at an end, but 3 of them at least
 
 
-def two_rates(stamps: Filled) -> tuple[float, float, int] | None:
-    """Rates [Hz] before and after the row at which the rate changes; None where it does not, or more than once."""
-    n = len(stamps)
-    rows = np.unique(np.linspace(0, max(n - 1, 0), _LOOKED_AT).astype(np.int64))
-    change = kink(rows.astype(np.float64), np.array([stamps.read(row, row + 1)[0] for row in rows.tolist()]))
-    return None if change is None else (1 / change[0], 1 / change[1], int(rows[change[2]]))
+@dataclass(frozen=True, slots=True)
+class RateChange:
+    """Rates before and after a change [Hz], and when it was [s since the first stamp]."""
+
+    before: float
+    after: float
+    at: float
 
 
-def kink(places: Array, times: Array) -> tuple[float, float, int] | None:
-    """Intervals [s] before and after the place, by its index, at which the interval changes; None where it does not.
+def two_rates(stamps: Filled) -> RateChange | None:
+    """Of stamps, as if no sample were missing; None where the rate does not change, or more than once."""
+    rows = np.unique(np.linspace(0, max(len(stamps) - 1, 0), _LOOKED_AT).astype(np.int64))
+    return kink(rows.astype(np.float64), np.array([stamps.read(row, row + 1)[0] for row in rows.tolist()]))
 
-    The times are then two straight lines over the places, and are farthest from their chord where these meet.
+
+def kink(places: Array, times: Array) -> RateChange | None:
+    """Of samples by their places in the record and their times [s].
+
+    Each stretch between two of them has one of two intervals, all of the first before all of the second. Pauses
+    lengthen a few stretches; a clock that drifts has all intervals in between.
     """
-    if len(places) < _FEWEST:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pace = np.log(np.diff(times) / np.diff(places))
+    known = np.flatnonzero(np.isfinite(pace))
+    pace = pace[known]
+    if len(pace) < _FEWEST:
         return None
-    bend = np.abs(times - np.interp(places, places[[0, -1]], times[[0, -1]]))
-    k = int(bend.argmax())
-    if not 2 <= k < len(places) - 2:
+    end = max(len(pace) // _END, 3)
+    first, last = (float(np.median(part)) for part in (pace[:end], pace[-end:]))
+    if abs(last - first) < _DIFFERENT:
         return None
-    lines = [np.polyfit(places[part], times[part], 1) for part in (slice(k), slice(k + 1, None))]
-    intervals = [float(line[0]) for line in lines]
-    if not min(intervals) > 0 or abs(intervals[0] / intervals[1] - 1) < _DIFFERENT:
+    is_first = np.abs(pace - first) < np.abs(pace - last)
+    k = int(np.cumsum(np.where(is_first, 1, -1))[:-1].argmax()) + 1
+    parts = pace[:k], pace[k:]
+    before, after = (float(np.median(part)) for part in parts)
+    near = _NEAR * abs(after - before)
+    steady = all(np.mean(np.abs(p - np.median(p)) < near) >= _MOST for p in parts)
+    if not steady or abs(after - before) < _DIFFERENT:
         return None
-    left = np.minimum(*(np.abs(np.polyval(line, places) - times) for line in lines))
-    return (intervals[0], intervals[1], k) if left.max() <= _LEFT * bend[k] else None
+    return RateChange(before=math.exp(-before), after=math.exp(-after), at=float(times[known[k]]))

@@ -11,16 +11,16 @@ from allanite.files.readers.filled_stamps import BLOCK, Stamps
 
 __all__ = ["seams_of"]
 
-_FAR: Final = (
-    20.0  # intervals that neighbors may lie from their place: further is no jitter, and no swapped rows
-)
-_MOST: Final = 50  # seams; more are rows out of order, which is why the stamps were set aside
+#: Intervals that neighbors may lie from their place: further is neither jitter nor swapped rows.
+_FAR: Final = 20.0
+#: Seams; more are rows out of order, which is why the stamps were set aside.
+_MOST: Final = 50
 
 
 def seams_of(stamps: Stamps, rate: float) -> list[int]:
     """Rows whose stamp is earlier than the one before, or later by more than all the rows take, by many intervals.
 
-    None where there are so many that the stamps tell nothing.
+    Empty where there are so many that the stamps tell nothing.
     """
     seams: list[int] = []
     longest = max(len(stamps), _FAR) / rate

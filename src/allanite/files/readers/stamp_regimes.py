@@ -40,7 +40,7 @@ from allanite.files.readers.late_stamps import (
     off_grid,
     usual_lateness,
 )
-from allanite.files.readers.rate_change import two_rates
+from allanite.files.readers.rate_change import RateChange, two_rates
 from allanite.lazy_dataclasses import dataclass
 
 __all__ = ["JUDGES", "LONGEST", "SHORTEST", "Probe", "no_grid", "probe_of"]
@@ -337,16 +337,17 @@ def _block_interval(stamps: Filled, source: str) -> float:
     return interval
 
 
-def no_grid(stamps: Filled, source: str, why: str = "") -> DataQualityError:
+def no_grid(
+    stamps: Filled, source: str, why: str = "", *, change: RateChange | None = None
+) -> DataQualityError:
     """The error of a time column without an even grid: why, where it is known, its first stamps, and what to do."""
-    first = ", ".join(f"row {k}: {t:.9g} s" for k, t in enumerate(stamps.read(0, _LISTED_ROWS)))
-    if change := two_rates(stamps):
-        before, after, row = change
-        at = float(stamps.read(row, row + 1)[0])
+    if change := change or two_rates(stamps):
         return DataQualityError(
-            f"the times in column {source!r} fit no even grid: the rate changes from {before:.4g} Hz to {after:.4g} Hz "
-            f"near row {row}, {at:.6g} s after the first stamp; analyze each part by itself, with --to and --from"
+            f"the times in column {source!r} fit no even grid: the rate changes from {change.before:.4g} Hz to "
+            f"{change.after:.4g} Hz about {change.at:.6g} s after the first stamp; analyze each part by itself, with "
+            "--to and --from"
         )
+    first = ", ".join(f"row {k}: {t:.9g} s" for k, t in enumerate(stamps.read(0, _LISTED_ROWS)))
     return DataQualityError(
         f"the times in column {source!r} fit no even grid{why and ': '}{why} (since the first stamp, {first}); "
         f"if the samples are evenly spaced, give their rate ({_by_count(stamps)}), which overrides the stamps"

@@ -42,7 +42,7 @@ _LISTED_GAPS = 100
 _PAUSE = 1.5  # intervals: longer steps are pauses
 _ON_GRID = 0.02  # intervals by which a pause misses the grid that ends on it, beside the jitter
 _FEW_PAUSES = 8
-_FEW_SHIFTS = 8  # times that a clock may be set back before a change of the rate is looked for
+_FEW_SHIFTS, _MANY_GAPS = 8, 0.1  # times that a clock may be set back, share of the samples before gaps
 _HEAD = 16  # samples behind a pause whose stamps say together where it ends
 _LOOSE = 0.2  # intervals by which a pause misses the grid that ends beside it
 _UNPLACED = 0.3  # share of the samples without a place of their own beyond which there is no grid
@@ -135,9 +135,8 @@ def fit_grid(
         marks = again
         if settled:
             break
-    # A rate that rises looks like a clock that falls back by half an interval, again and again.
-    if line.kinked or (len(marks.shifts) > _FEW_SHIFTS and two_rates(filled)):
-        raise no_grid(filled, source, "their rate changes")
+    if change := line.kink or (two_rates(filled) if _as_of_two_rates(marks, probe, n) else None):
+        raise no_grid(filled, source, change=change)
     if probe.late is not None:
         _refuse_off_grid(filled, marks, source, interval)
     # Half the standard deviation of a least-squares slope (relative): digits beyond it say nothing.
@@ -171,6 +170,16 @@ def fit_grid(
         facts["restarts"] = _restarts(filled, marks, begins, grid)
     length = int(grid[-1] + n - begins[-1])
     return Timebase(rate=rate, length=length, source=np.append(begins, n), grid=grid, facts=facts)
+
+
+def _as_of_two_rates(marks: Marks, probe: Probe, n: int) -> bool:
+    """Do the marks look like those of a rate that changes? Their places then hide that it does.
+
+    One that rises looks like a clock that falls back by half an interval, again and again; one that falls, like pauses
+    that end beside the grid, again and again.
+    """
+    off_grid = marks.loose and probe.regime in ("regular", "jittered")
+    return len(marks.shifts) > _FEW_SHIFTS or (off_grid and len(marks.gaps) > _MANY_GAPS * n)
 
 
 def _restarts(stamps: Filled, marks: Marks, begins: _Ints, grid: _Ints) -> list[list[float]]:

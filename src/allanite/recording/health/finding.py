@@ -99,6 +99,10 @@ class Finding:
         """The same finding with another advice; the repair that answers it stays."""
         return replace(self, advice=_with_repair(advice, CATALOGUE[self.code].repair))
 
+    def unrepaired(self, repair: str) -> Finding:
+        """The same finding where this repair would do harm: the advice does not name it."""
+        return replace(self, advice=self.advice.removesuffix(_by_repair(repair)))
+
     def harmless(self) -> Finding:
         """The same finding for an analysis that does without what is lacking: at most a warning, and nothing to do."""
         severity = Severity.WARNING if self.severity is Severity.FATAL else self.severity
@@ -212,7 +216,11 @@ def short(value: float) -> str:
 
 
 def _with_repair(advice: str, repair: str) -> str:
-    return f"{advice} (--repair {repair})" if repair and f"--repair {repair}" not in advice else advice
+    return advice + _by_repair(repair) if repair and f"--repair {repair}" not in advice else advice
+
+
+def _by_repair(repair: str) -> str:
+    return f" (--repair {repair})"
 
 
 def _frozen(spans: ArrayLike) -> Spans:

@@ -84,8 +84,8 @@ def _places(rows: Sequence[int], count: int) -> str:
 def _doubled(share: float) -> str:
     """What to do about stamps equal to the one before, this share of all."""
     return (
-        "if rows stand twice, --repair drop_duplicate_rows removes them; --rate would count them as samples and "
-        f"stretch time by {percent(share)}. Only if each is a sample of its own, pass --rate"
+        "if rows were logged twice, --repair drop_duplicate_rows removes the copies; --rate would count them as "
+        f"samples and stretch time by {percent(share)}. Pass --rate only if each row is a sample of its own"
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.quantities.distributions import normal_quantile
+from allanite.recording.health.catalogue.samples import BY_SAMPLES
 from allanite.recording.health.finding import Finding, Severity, finding, percent, plural
 from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.health.tallies import Extreme, Runs
@@ -39,8 +40,6 @@ MINIMUM = 32
 TOLERATED = 1e-3
 #: The longest average is this part of the record, at least, unless gaps shorten it much.
 SHORT = 16
-#: What to do where samples are missing everywhere.
-BY_SAMPLES = "use what needs no unbroken stretches: allanite characterize LOG --method likelihood"
 #: Gaps from which on a pattern can be told from none; and the standard deviation over the mean of their lengths, or of
 #: the lengths between them: the larger is 0.7 to 1 at random.
 FEWEST_GAPS, SCATTERED = 8, 0.5

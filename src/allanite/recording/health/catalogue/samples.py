@@ -5,9 +5,12 @@ from __future__ import annotations
 
 from allanite.recording.health.catalogue.entry import FindingKind
 
-__all__ = ["SAMPLES"]
+__all__ = ["BY_SAMPLES", "SAMPLES"]
 
 _MISSING, _RANGE, _STEPS, _REPEATS = ("Missing samples", "Range", "Resolution", "Repeated samples")
+
+#: What to do where samples are missing everywhere.
+BY_SAMPLES = "fit the samples instead of the curve: allanite characterize LOG --method likelihood"
 
 SAMPLES: dict[str, FindingKind] = {
     "no_samples": FindingKind(
@@ -39,7 +42,7 @@ SAMPLES: dict[str, FindingKind] = {
         severity="fatal",
         means="no stretch without a missing sample is long enough; often two sensors share the rows of one log",
         risk="almost no average fits between the gaps, so the curve rests on a few samples or is empty",
-        done="refused; not by likelihood, `filter` and `select` if samples were lost at random",
+        done="refused, except by the likelihood fit, `filter` and `select` if samples are missing at random",
         advice="if there is a value in every k-th row, keep these rows",
         repair="split_interleaved",
     ),
