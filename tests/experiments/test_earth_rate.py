@@ -549,7 +549,7 @@ def test_a_gyro_is_no_temperature(name: str) -> None:
         unit="rad/s",
         names=["gyro", "other"],
     )
-    with pytest.raises(InputError, match="is measured" if name == "gyro" else "not of temperature"):
+    with pytest.raises(InputError, match="is measured" if name == "gyro" else "not temperature"):
         measured(both, channel="gyro", temperature=name)
 
 

@@ -32,7 +32,7 @@ _PICTURES = {
     "nis": "Size of the innovations over that stated, all axes together, in windows of time.",
     "bands": "Size of the innovations over that stated, by frequency: short times right, long times left.",
 }
-_ADVICE = "multiply N or K of the filter by its factor; run it again, and look again"
+_ADVICE = "multiply N or K of the filter by its factor, and test it again"
 
 
 def view(document: ResultDocument[Innovations]) -> Page:

@@ -76,8 +76,8 @@ def excluded(interval: tuple[float, float], deviation: float, cause: str) -> str
     low, high = (end / DEG_H for end in interval)
     return (
         f"the interval {low:.2f} to {high:.2f} deg/h excludes the known {EARTH_RATE / DEG_H:.3f} deg/h "
-        f"({abs(deviation):.1f} standard deviations): {cause}an error that follows the turns, the scale factor, the "
-        "latitude, or the direction of the first dwell"
+        f"({abs(deviation):.1f} standard deviations). Possible causes: {cause}an error that follows the turns, "
+        "the scale factor, the latitude, or the direction of the first dwell"
     )
 
 
