@@ -39,6 +39,7 @@ namespace {
 using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Cube = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Tables = nb::ndarray<const double, nb::ndim<4>, nb::c_contig, nb::device::cpu>;
 using MatrixOut = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using VectorOut = nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Integers = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
@@ -174,6 +175,21 @@ std::tuple<NewMatrix, NewVector, double> curve_weight(const Matrix& relative, do
     auto [centre, means] = new_array<NewVector>({relative.shape(0)});
     const double log_det = allanite::curve_weight(slice(relative), discrepancy, least, triangle, means);
     return {whiten, centre, log_det};
+}
+
+NewVector curve_levels(const Vector& variance, const Matrix& means, const Matrix& weights, const Tables& parts,
+                       const Integers& tables, double discrepancy, double least) {
+    const size_t lags = variance.size(), models = means.shape(0);
+    require(means.shape(1) == lags, "means: a row per model, one per lag");
+    require(weights.shape(0) == models && weights.shape(1) == parts.shape(1), "weights: a row per model, one per part");
+    require(parts.shape(2) == lags && parts.shape(3) == lags, "parts: must be square, of as many lags as variance");
+    require(tables.size() == models, "tables: one per model");
+    for (size_t i = 0; i < models; ++i)
+        require(0 <= tables(i) && tables(i) < int64_t(parts.shape(0)), "tables: there is none of this number");
+    auto [levels, out] = new_array<NewVector>({models});
+    allanite::curve_levels(slice(variance), slice(means), slice(weights), slice(parts), slice(tables), discrepancy,
+                           least, out);
+    return levels;
 }
 
 NewVector curve_step(const Vector& variance, const Matrix& columns, const Vector& here, const Vector& means,
@@ -680,6 +696,12 @@ NB_MODULE(_kernels, m) {
           "triangular (n_lags, n_lags), their means (n_lags,), and the logarithm of its determinant, NaN where it has no\n"
           "factor. `relative`: covariance of the variances over the products of their means; `discrepancy`: relative\n"
           "error of the model at each lag; `least`: lower bound on the degrees of freedom of a lag.");
+    m.def("curve_levels", &curve_levels, "variance"_a.noconvert(), "means"_a.noconvert(), "weights"_a.noconvert(),
+          "parts"_a.noconvert(), "tables"_a.noconvert(), "discrepancy"_a, "least"_a,
+          "Minus twice the log-likelihood of a curve under many models, up to a constant, (n_models,); infinite where a\n"
+          "covariance has no factor. `means` (n_models, n_lags); the covariance of a model is the sum of its `weights`\n"
+          "(n_models, n_parts) times the `parts` (n_tables, n_parts, n_lags, n_lags) of its table; `tables` (n_models,);\n"
+          "the rest as for `curve_weight`.");
     m.def("curve_step", &curve_step, "variance"_a.noconvert(), "columns"_a.noconvert(), "here"_a.noconvert(),
           "means"_a.noconvert(), "whiten"_a.noconvert(), "starts"_a.noconvert(), "centre"_a.noconvert(),
           "Newton step of the moment fit from the coefficients `here` (p,), whose means are `means` (n_lags,), to the\n"

@@ -51,6 +51,7 @@ KERNEL_OWNERS = (
     "filtering/",
     "fitting/objective",
     "fitting/likelihood/objective",
+    "fitting/overbound/plausible",
 )
 PUBLIC_NAMES = [
     "AlignmentPlan",

@@ -154,6 +154,12 @@ void curve_fit(Chance& chance, Index odd) {
     for (double x : here) require(!(x < 0.0), "curve fit: no coefficient is negative");
     Reals whiten(w.size()), centre(static_cast<size_t>(lags));
     curve_weight(fixed(w), sample(chance, odd), 0.5, whole(whiten), whole(centre));
+    Reals levels(2);
+    const Reals means = numbers(2 * lags), weights = numbers(2 * p), parts = numbers(2 * p * lags * lags);
+    const Integers tables{int64_t(chance.below(2)), 1};
+    curve_levels(fixed(v), fixed(means), fixed(weights), fixed(parts), fixed(tables), sample(chance, odd), 0.5,
+                 whole(levels));
+    for (double x : levels) require(!std::isnan(x), "levels: infinite where there is none");
 }
 
 /// Probabilities stay probabilities, and quantiles end, at any shape.

@@ -245,6 +245,14 @@ void weight_of_two_lags() {
           "weight: second row");
     check(near(centre[1], 1.0 - share, 1e-15), "weight: means of the cube roots");
     check(std::isnan(curve_weight(fixed(broken), 0.0, 0.5, whole(whiten), whole(centre))), "weight: no factor");
+    // two models of means 1, with these covariances
+    const Reals variance{1.0, 1.0}, means{1.0, 1.0, 1.0, 1.0}, weights{1.0, 0.0, 0.0, 1.0};
+    Reals parts(relative), levels(2);
+    parts.insert(parts.end(), broken.begin(), broken.end());
+    const Integers tables{0, 0};
+    curve_levels(fixed(variance), fixed(means), fixed(weights), fixed(parts), fixed(tables), 0.0, 0.5, whole(levels));
+    check(near(levels[0], log_det + share * (1.0 + 0.5 * 0.5), 1e-8), "levels: of the first model");
+    check(std::isinf(levels[1]), "levels: no factor");
 }
 
 /// P(1, x) = 1 - exp(-x), and back, on both sides of where the expansion for large shapes begins.

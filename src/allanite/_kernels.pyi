@@ -64,6 +64,14 @@ def curve_weight(relative: Annotated[NDArray[numpy.float64], dict(shape=(None, N
     error of the model at each lag; `least`: lower bound on the degrees of freedom of a lag.
     """
 
+def curve_levels(variance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], means: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], weights: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], parts: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None, None), order='C', device='cpu', writable=False)], tables: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], discrepancy: float, least: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+    """
+    Minus twice the log-likelihood of a curve under many models, up to a constant, (n_models,); infinite where a
+    covariance has no factor. `means` (n_models, n_lags); the covariance of a model is the sum of its `weights`
+    (n_models, n_parts) times the `parts` (n_tables, n_parts, n_lags, n_lags) of its table; `tables` (n_models,);
+    the rest as for `curve_weight`.
+    """
+
 def curve_step(variance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], columns: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], here: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], means: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], whiten: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], starts: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], centre: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
     """
     Newton step of the moment fit from the coefficients `here` (p,), whose means are `means` (n_lags,), to the

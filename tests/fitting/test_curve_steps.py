@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.optimize import minimize, nnls
 
-from allanite._kernels import curve_minimum, curve_step, curve_weight
+from allanite._kernels import curve_levels, curve_minimum, curve_step, curve_weight
 
 Array = NDArray[np.float64]
 SEEDS = range(60)
@@ -177,9 +177,51 @@ def test_weight_of_no_covariance_is_none(relative: list[list[float]]) -> None:
     assert np.isnan(curve_weight(np.array(relative), 0.0, 0.5)[2])
 
 
+@pytest.mark.parametrize("lags", [1, 2, 16, 40])
+@pytest.mark.parametrize("discrepancy", [0.0, 0.2])
+def test_levels_against_their_twin(lags: int, discrepancy: float) -> None:
+    rng = np.random.default_rng([90, lags])
+    roots = rng.standard_normal((2, 3, lags, lags + 5)) * np.geomspace(1e-2, 2.5, lags)[:, None]
+    parts, weights = roots @ np.swapaxes(roots, 2, 3) / lags, rng.exponential(size=(7, 3))
+    tables = np.arange(7) % 2
+    means, variance = rng.uniform(0.5, 2.0, (7, lags)), rng.uniform(0.5, 2.0, lags)
+    levels = curve_levels(variance, means, weights, parts, tables, discrepancy, 0.5)
+    for level, mean, weight, table in zip(levels, means, weights, tables, strict=True):
+        V = np.tensordot(weight, parts[table], 1)
+        share = 2 / (9 * np.maximum(2 * mean**2 / np.diag(V), 0.5))
+        rho = V / np.sqrt(np.outer(np.diag(V), np.diag(V)))
+        np.fill_diagonal(rho, 1 + 1e-9 + (discrepancy / 3) ** 2 / share)
+        residual = np.cbrt(variance / mean) - 1 + share
+        C = np.sqrt(np.outer(share, share)) * rho
+        expected = (
+            residual @ np.linalg.solve(C, residual) + np.linalg.slogdet(C)[1] + 2 / 3 * np.log(mean).sum()
+        )
+        assert level == pytest.approx(expected, rel=1e-9, abs=1e-9)
+
+
+def test_a_model_without_a_covariance_has_no_level() -> None:
+    parts = np.array([[[[1.0, 0.5], [0.5, 1.0]], [[0.0, 2.0], [2.0, 0.0]]]])
+    weights = np.array([[1.0, 0.0], [1.0, 1.0], [np.nan, 0.0], [np.inf, 1.0]])
+    levels = curve_levels(np.ones(2), np.ones((4, 2)), weights, parts, np.zeros(4, dtype=np.int64), 0.0, 0.5)
+    assert np.isfinite(levels).tolist() == [True, False, False, False]
+    assert np.isposinf(levels[1:]).all()
+
+
 def test_shapes_that_do_not_fit_are_refused() -> None:
     with pytest.raises(ValueError, match="relative: must be square"):
         curve_weight(np.ones((2, 3)), 0.0, 0.5)
+    one, square, zeros = np.ones(2), np.ones((1, 1, 2, 2)), np.zeros(3, dtype=np.int64)
+    for means, weights, parts, tables, said in (
+        (np.ones((3, 1)), np.ones((3, 1)), square, zeros, "means"),
+        (np.ones((3, 2)), np.ones((2, 1)), square, zeros, "weights"),
+        (np.ones((3, 2)), np.ones((3, 2)), square, zeros, "weights"),
+        (np.ones((3, 2)), np.ones((3, 1)), np.ones((1, 1, 2, 3)), zeros, "parts"),
+        (np.ones((3, 2)), np.ones((3, 1)), square, zeros[:2], "tables: one per model"),
+        (np.ones((3, 2)), np.ones((3, 1)), square, zeros + 1, "tables: there is none"),
+        (np.ones((3, 2)), np.ones((3, 1)), square, zeros - 1, "tables: there is none"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            curve_levels(one, means, weights, parts, tables, 0.0, 0.5)
     p = drawn(1)
     for starts in (p.starts - 1, p.starts + 1, p.starts[1:]):
         with pytest.raises(ValueError, match="starts"):

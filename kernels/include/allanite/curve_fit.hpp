@@ -65,6 +65,41 @@ inline double curve_weight(Slice<const double> relative, double discrepancy, dou
     return log_det;
 }
 
+/// Minus twice the log-likelihood of a curve under each of n models, up to a constant; infinite where the covariance
+/// that a model itself gives the curve has no factor.
+///
+/// @param variance (L)      @param means (n * L) of the variances under each model
+/// @param weights  (n * P)  @param parts (tables * P * L * L): the covariance is the sum of the parts of the model's
+/// table times its weights; the lower triangle is read     @param tables (n) that of each model
+inline void curve_levels(Slice<const double> variance, Slice<const double> means, Slice<const double> weights,
+                         Slice<const double> parts, Slice<const int64_t> tables, double discrepancy, double least,
+                         Slice<double> levels) {
+    const Index n = variance.size, square = n * n, p = levels.size > 0 ? weights.size / levels.size : 0;
+    std::vector<double> relative(static_cast<std::size_t>(square)), inverse(relative.size()),
+        roots(static_cast<std::size_t>(n));
+    const Slice<double> C{relative.data(), square}, W{inverse.data(), square}, centre{roots.data(), n};
+    for (Index model = 0; model < levels.size; ++model) {
+        const Slice<const double> mu = means.part(model * n, n);
+        std::fill(relative.begin(), relative.end(), 0.0);
+        for (Index k = 0; k < p; ++k) {
+            const double weight = weights[model * p + k];
+            const Slice<const double> part = parts.part((Index(tables[model]) * p + k) * square, square);
+            for (Index i = 0; i < n; ++i)
+                for (Index j = 0; j <= i; ++j) C[i * n + j] += weight * part[i * n + j];
+        }
+        for (Index i = 0; i < n; ++i)
+            for (Index j = 0; j <= i; ++j) C[i * n + j] /= mu[i] * mu[j];
+        double level = curve_weight(fixed(C), discrepancy, least, W, centre);
+        for (Index i = 0; i < n; ++i) centre[i] = cbrt(variance[i] / mu[i]) - centre[i];
+        for (Index i = 0; i < n; ++i) {
+            double residual = 0.0;
+            for (Index j = 0; j <= i; ++j) residual += W[i * n + j] * centre[j];
+            level += residual * residual + 2.0 / 3.0 * log(mu[i]);
+        }
+        levels[model] = isfinite(level) ? level : HUGE_VAL;
+    }
+}
+
 /// Variances, what they are compared by, and the memory that a step needs; for p coefficients at L lags.
 class CurveFit {
 public:

@@ -228,7 +228,7 @@ class EarthRateEstimate(Result):
     nuisances : mapping of str to (float, float)
         Other coefficients that were fitted, with their standard deviations.
     budget : mapping of str to float [rad/s]
-        Standard uncertainties by source.
+        Standard uncertainties by source; 0 where nothing is stated.
     readings : tuple of RateReading
         Simple estimators beside it.
     running : RunningEstimate

@@ -88,7 +88,7 @@ class NorthEstimate(Result):
     biases : mapping of str to (float, float) [rad/s]
         Level of each axis, and its standard deviation.
     budget : mapping of str to float [rad]
-        Standard uncertainties of the azimuth by source.
+        Standard uncertainties of the azimuth by source; 0 where nothing is stated.
     running : RunningNorth
         The estimate as the record grows.
     checks : tuple of NorthCheck
@@ -253,7 +253,7 @@ class EastWestNull(Result):
     bias : (float, float) [rad/s]
         The level, and its standard deviation.
     budget : mapping of str to float [rad/s]
-        Standard uncertainties by source.
+        Standard uncertainties by source; 0 where nothing is stated.
     checks : tuple of NorthCheck
         Questions put to the residuals.
     latitude : float [rad]

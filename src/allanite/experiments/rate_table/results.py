@@ -317,7 +317,7 @@ class RateTableEstimate(Result):
     inflation : float
         1, or the factor by which excess scatter widens the intervals.
     budget : mapping of str to float
-        Standard uncertainties of the scale factor by source, relative to it.
+        Standard uncertainties of the scale factor by source, relative to it; 0 where nothing is stated.
     nonlinearity : str
         Degree of the polynomial, "1" to "5", or "sign".
     nominal : float or None

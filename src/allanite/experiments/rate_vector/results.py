@@ -102,7 +102,7 @@ class RateVector(Result):
     confidence : float
         Of the interval.
     budget : mapping of str to float [rad/s]
-        Standard uncertainties of the length by source.
+        Standard uncertainties of the length by source; 0 where nothing is stated.
     checks : tuple of VectorCheck
         Questions put to the vectors.
     gravity_angle : float or None [rad]

@@ -14,11 +14,13 @@ its neighbours in every draw, so that where these rule the curve is drawn too lo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite._kernels import curve_levels
 from allanite.fitting.design import LINEAR, TIME_POWER
 from allanite.fitting.overbound.ensemble import walk
 from allanite.lazy_dataclasses import dataclass
@@ -151,7 +153,14 @@ class _TermSums:
     _columns: dict[Key, Array] = field(default_factory=dict)
     _cross: dict[Key, Array] = field(default_factory=dict)
     _parts: dict[tuple[Key, Key], Array] = field(default_factory=dict)
-    _tensors: dict[tuple[float, ...], Array] = field(default_factory=dict)
+    _tables: dict[tuple[float, ...], int] = field(default_factory=dict)
+    _parts_of_tables: Array = field(default_factory=lambda: np.empty(0))
+    _random: NDArray[np.bool_] = field(init=False)
+    _term_pairs: tuple[NDArray[np.int64], NDArray[np.int64]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._random = np.array([s != "R" for s in self.symbols])
+        self._term_pairs = np.triu_indices(int(self._random.sum()))
 
     @property
     def times(self) -> tuple[float, float]:
@@ -227,51 +236,45 @@ class _TermSums:
 
     def _minus_twice(self, c: Array, log_times: Array) -> Array:
         """Minus twice the log-likelihood, with the weights that each model itself has."""
-        mean = self._mean(c, log_times)
-        V = self._covariances(c, log_times)
-        spread = np.maximum(np.einsum("nii->ni", V), 1e-14 * mean**2)
-        edf = np.maximum(2 * mean**2 / spread, _EDF_MIN)
-        rho = V / np.sqrt(spread[:, :, None] * spread[:, None, :])
-        sd = np.sqrt(2 / (9 * edf))
-        index = np.arange(len(self.lags))
-        rho[:, index, index] = 1.0 + 1e-9 + (self.discrepancy / 3 / sd) ** 2
-        factor, good = _factors(rho)
-        residual = (np.cbrt(self.variance / mean) - 1 + 2 / (9 * edf)) / sd
-        white = np.linalg.solve(factor, residual[:, :, None])[:, :, 0]
-        log_det = 2 * (np.log(np.einsum("nii->ni", factor)) + np.log(sd)).sum(axis=1)
-        level = (white**2).sum(axis=1) + log_det + 2 / 3 * np.log(mean).sum(axis=1)
-        return np.where(good & np.isfinite(level), level, np.inf)
+        near = np.round(log_times / np.log(2) * _COVARIANCES).tolist()
+        tables = np.array([self._table(tuple(place)) for place in near])
+        return curve_levels(
+            self.variance,
+            self._mean(c, log_times),
+            self._weights(c),
+            self._parts_of_tables,
+            tables,
+            self.discrepancy,
+            _EDF_MIN,
+        )
 
-    def _covariances(self, c: Array, log_times: Array) -> Array:
-        """Covariance matrices of the curve, shape (n, n_lags, n_lags).
+    def _weights(self, c: Array) -> Array:
+        """Of the parts of a table in the covariance of each model, shape (n, n_parts).
 
         A ramp spreads nothing by itself, but multiplies the noise: large, it makes the long lags certain.
         """
-        n, size = len(c), len(self.lags)
-        known = np.round(log_times / np.log(2) * _COVARIANCES)
-        names = [i for i, s in enumerate(self.symbols) if s != "R"]
-        first, second = np.triu_indices(len(names))
-        x, ramp = c[:, names], c[:, [i for i, s in enumerate(self.symbols) if s == "R"]]
-        weights = x[:, first] * x[:, second] * np.where(first == second, 1.0, 2.0)
-        weights = np.concatenate([weights, ramp.sum(axis=1, keepdims=True) * x], axis=1)
-        out = np.empty((n, size, size))
-        for place in np.unique(known, axis=0):
-            rows = np.all(known == place, axis=1)
-            times = tuple(2.0 ** (place / _COVARIANCES))
-            out[rows] = (weights[rows] @ self._tensor(times)).reshape(-1, size, size)
-        return out
+        x, ramp = c[:, self._random], c[:, ~self._random].sum(axis=1, keepdims=True)
+        first, second = self._term_pairs
+        both = x[:, first] * x[:, second] * np.where(first == second, 1.0, 2.0)
+        return np.ascontiguousarray(np.concatenate([both, ramp * x], axis=1))
 
-    def _tensor(self, times: tuple[float, ...]) -> Array:
-        """Unit covariances of all pairs of terms, then those of each with a ramp, shape (n_parts, n_lags^2)."""
-        if times not in self._tensors:
-            markov = iter(times)
-            keys = [(s, next(markov) if s == "G" else 0.0) for s in self.symbols if s != "R"]
-            first, second = np.triu_indices(len(keys))
-            parts = [self._part(keys[i], keys[j]) for i, j in zip(first, second, strict=True)]
-            m = self.lags.astype(np.float64)
-            ramps = [2 * np.outer(m, m) * self.pairs.sum(self._r12(key)) for key in keys]
-            self._tensors[times] = np.stack([*parts, *ramps]).reshape(len(parts) + len(ramps), -1)
-        return self._tensors[times]
+    def _table(self, place: tuple[float, ...]) -> int:
+        """Number of the table of parts at correlation times, which stand as half octaves."""
+        if place not in self._tables:
+            self._tables[place] = len(self._tables)
+            parts = self._parts_at([2.0 ** (x / _COVARIANCES) for x in place])[None]
+            held = self._parts_of_tables
+            self._parts_of_tables = np.concatenate([held, parts]) if held.size else parts
+        return self._tables[place]
+
+    def _parts_at(self, times: Sequence[float]) -> Array:
+        """Unit covariances of all pairs of terms, then those of each with a ramp, shape (n_parts, n_lags, n_lags)."""
+        markov = iter(times)
+        keys = [(s, next(markov) if s == "G" else 0.0) for s in self.symbols if s != "R"]
+        parts = [self._part(keys[i], keys[j]) for i, j in zip(*self._term_pairs, strict=True)]
+        m = self.lags.astype(np.float64)
+        ramps = [2 * np.outer(m, m) * self.pairs.sum(self._r12(key)) for key in keys]
+        return np.stack([*parts, *ramps])
 
     def _part(self, a: Key, b: Key) -> Array:
         if (a, b) not in self._parts:
@@ -282,18 +285,3 @@ class _TermSums:
         if key not in self._cross:
             self._cross[key] = self.pairs.cross(self._unit(*key), self.sampling)
         return self._cross[key]
-
-
-def _factors(matrices: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Cholesky factors, and which matrices have one; the others get a unit matrix."""
-    good: NDArray[np.bool_] = np.ones(len(matrices), dtype=bool)
-    try:
-        return np.asarray(np.linalg.cholesky(matrices)), good
-    except np.linalg.LinAlgError:  # NumPy does not say which
-        factors = np.empty_like(matrices)
-        for i, matrix in enumerate(matrices):
-            try:
-                factors[i] = np.linalg.cholesky(matrix)
-            except np.linalg.LinAlgError:
-                factors[i], good[i] = np.eye(len(matrix)), False
-        return factors, good
