@@ -46,6 +46,7 @@ def test_the_extras_are_hidden_from_the_interpreter_and_from_its_children(core: 
     assert done.stdout == "None numpy\n" and "No module named 'matplotlib'" in done.stderr
 
 
+@pytest.mark.long
 def test_the_readme_runs(tmp_path: Path) -> None:
     alone = CoreAlone(tmp_path / "work", tmp_path / "site")
     alone.folder.mkdir()
@@ -121,6 +122,7 @@ def requirements_in_the_sources() -> Iterator[tuple[str, str]]:
                     yield package, extra
 
 
+@pytest.mark.long
 def test_the_extra_that_is_named_brings_the_package() -> None:
     asked = set(requirements_in_the_sources())
     extras, installed = project()["optional-dependencies"], packages_distributions()

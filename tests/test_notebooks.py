@@ -51,6 +51,7 @@ def test_a_notebook_runs_and_shows_what_it_makes(
         assert len(value._repr_html_()) > 100  # type: ignore[attr-defined]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
 def test_a_kernel_of_jupyter_runs_it(notebook: Path, tmp_path: Path) -> None:
     pytest.importorskip("ipykernel", reason="ipykernel is not installed")
@@ -83,6 +84,7 @@ def test_a_notebook_is_a_page_of_the_site() -> None:
             assert f"```python\n{code}\n```" in page
 
 
+@pytest.mark.long
 def test_the_numbers_of_the_notebooks_are_those_of_the_truth(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -53,12 +53,14 @@ def test_every_module_imports_without_what_posix_alone_has() -> None:
     assert int(without_posix(_IMPORT)) > 500
 
 
+@pytest.mark.long
 def test_a_log_becomes_its_results_without_what_posix_alone_has() -> None:
     code = "import runpy; runpy.run_path(sys.argv[1], run_name='__main__')"
     said = without_posix(code, _ROOT / "packaging" / "first_result.py")
     assert said.endswith("first result: as expected\n")
 
 
+@pytest.mark.long
 def test_what_was_taken_away_is_missed_where_it_is_used() -> None:
     with pytest.raises(AssertionError, match="fcntl"):
         without_posix("import fcntl")

@@ -45,11 +45,11 @@ BARE = [name.split(" ")[0] for name in AXES]
     [
         ("t.csv", AXES, 24, False),
         ("t.csv", ["pose", *AXES], 49, False),
-        ("t.csv", ["roll", "pitch", *BARE], 30, False),
+        pytest.param("t.csv", ["roll", "pitch", *BARE], 30, False, marks=pytest.mark.long),
         ("t.csv", [], 24, False),
-        ("t.mat", BARE, 36, False),
+        pytest.param("t.mat", BARE, 36, False, marks=pytest.mark.long),
         ("t.csv", AXES, 6, True),
-        ("t.csv", AXES, 24, True),
+        pytest.param("t.csv", AXES, 24, True, marks=pytest.mark.long),
     ],
 )
 def test_a_table_of_positions_is_told_to_say_so(

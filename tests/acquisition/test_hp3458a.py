@@ -342,6 +342,7 @@ def test_a_late_block_and_what_queued_behind_it_move_nothing(host):
         assert not got.remarks and got.counter.tolist() == [k, k + 1, k + 2]
 
 
+@pytest.mark.long
 def test_a_drifting_clock_of_the_meter_is_followed():
     # A hundredth of a percent: 23 readings in two hours.
     host = Host(LineStream(pace=Pace(period_ns=PERIOD), range_volts=1000.0))

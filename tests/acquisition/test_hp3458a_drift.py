@@ -95,6 +95,7 @@ def test_the_uncertainty_grows_with_the_pause_where_the_rate_is_not_known_yet() 
         assert abs(jump - true) < 2 * after.gap_uncertainty
 
 
+@pytest.mark.long
 def test_nothing_is_missing_while_the_clocks_drift_apart() -> None:
     for error in (-1e-4, 1e-4):
         with virtual_wire(error) as wire:

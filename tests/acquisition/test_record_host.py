@@ -371,6 +371,7 @@ def test_q9_q10_the_wall_clock_is_set_and_the_host_sleeps(
     assert_gaps_are_told(found)
 
 
+@pytest.mark.long
 def test_q14_a_process_that_was_stopped_and_whose_terminal_is_closed(tmp_path: Path) -> None:
     import pty
 

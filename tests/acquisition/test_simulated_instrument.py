@@ -135,6 +135,7 @@ def test_nothing_due_is_a_timeout() -> None:
     sensor.close()
 
 
+@pytest.mark.long
 def test_as_fast_as_one_reads_memory_stays_the_same() -> None:
     sensor = started(rate=32.0, speed=math.inf)
     sensor.read(1.0)

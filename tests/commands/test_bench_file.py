@@ -70,6 +70,7 @@ def test_the_file_is_the_options(bench: Path, run: Run) -> None:
     )
 
 
+@pytest.mark.long
 def test_what_was_taken_is_in_every_result_and_on_the_terminal(bench: Path, run: Run, tmp_path: Path) -> None:
     place = state(bench)
     said = f"from {place}: time clock:ms; unit gx = deg/s, ay = g; names gx = gyro_x"

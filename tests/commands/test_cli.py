@@ -206,6 +206,7 @@ def test_characterize_leaves_what_it_promises(folder: Path) -> None:
     assert "gyroscope_noise_density: " in (folder / "results" / "imu.yaml").read_text()
 
 
+@pytest.mark.long
 def test_the_answer_comes_first_then_the_table_and_what_comes_next(
     run: Run, folder: Path, tmp_path: Path
 ) -> None:
@@ -222,6 +223,7 @@ def test_the_answer_comes_first_then_the_table_and_what_comes_next(
     assert done.err == ""
 
 
+@pytest.mark.long
 def test_si_units_and_nothing_but_the_files_when_asked(run: Run, folder: Path, tmp_path: Path) -> None:
     log, out = folder / "gyro.csv", tmp_path / "again"
     in_si = run("characterize", log, "--out", out, "--si").out
@@ -262,6 +264,7 @@ def test_six_axes_fit_a_screen_and_details_unfold_what_was_found(
     assert "--repair drop_padding" in flat and "--repair drop_spikes" in flat
 
 
+@pytest.mark.long
 def test_a_narrow_terminal_hides_nothing(run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "70")
     customary, si = (run("fit", folder / "results" / "allan.csv", *more).out for more in ([], ["--si"]))
@@ -335,6 +338,7 @@ def test_info_shows_channels_rate_span_and_gaps(run: Run, gap_log: Path) -> None
         assert part in " ".join(done.out.split())
 
 
+@pytest.mark.long
 def test_a_gap_ends_every_command_that_reads_it_with_three(run: Run, gap_log: Path, tmp_path: Path) -> None:
     assert run("convert", gap_log, tmp_path / "gap.parquet").code == 3
     back = al.read(tmp_path / "gap.parquet")
@@ -370,6 +374,7 @@ def test_a_fatal_finding_is_refused_with_its_risk_and_goes_on_when_accepted(
 # -- curve and fit ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_saved_curve_is_fitted_like_the_log(run: Run, folder: Path, tmp_path: Path) -> None:
     curve = tmp_path / "allan.csv"
     assert run("allan", folder / "gyro.csv", "-o", curve).code == 0
@@ -522,6 +527,7 @@ def test_info_ends_as_characterize_would(run: Run, tmp_path: Path) -> None:
         assert run("characterize", log, "--rate", "100", "--json").code == code
 
 
+@pytest.mark.long
 def test_a_plain_terminal_does_no_harm(folder: Path) -> None:
     ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
     shown = subprocess.run(

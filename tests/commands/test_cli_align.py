@@ -106,6 +106,7 @@ def test_two_positions_leave_a_report(run: Run, logs: Path, tmp_path: Path) -> N
     assert run("align", logs / "two.parquet", *PLACE, "--out", out).code == 1  # it is there
 
 
+@pytest.mark.long
 def test_one_position_says_what_is_missing(run: Run, logs: Path) -> None:
     none = run("align", logs / "still.parquet", "--model", WORDS, *PLACE)
     assert none.code == 0
@@ -125,6 +126,7 @@ def test_one_position_says_what_is_missing(run: Run, logs: Path) -> None:
     )
 
 
+@pytest.mark.long
 def test_a_calibration_is_taken_with_its_covariance(run: Run, logs: Path) -> None:
     options = ("--model", WORDS, *PLACE, "--calibration", logs / "calibration.json")
     done = run("align", logs / "still.parquet", *options, "--json")
@@ -141,6 +143,7 @@ def test_a_calibration_is_taken_with_its_covariance(run: Run, logs: Path) -> Non
     assert more["budget"]["accelerometer calibration"] == pytest.approx(0.01 * math.tan(48.1 * DEG), rel=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("words", [(), ("--rotating",)])
 def test_a_rotation_is_found_or_said(run: Run, logs: Path, words: tuple[str, ...]) -> None:
     done = run("align", logs / "spin.parquet", "--model", WORDS, *PLACE, *words)
@@ -149,6 +152,7 @@ def test_a_rotation_is_found_or_said(run: Run, logs: Path, words: tuple[str, ...
     assert "turning all the time: 2.7 revolutions" in done.out
 
 
+@pytest.mark.long
 def test_spans_out_of_a_file(run: Run, logs: Path, tmp_path: Path) -> None:
     (tmp_path / "rests.csv").write_text("start,stop\n5,75\n90,160\n", encoding="utf-8")
     done = run(

@@ -145,6 +145,7 @@ def test_a_unit_is_calibrated_and_everything_is_left_behind(run: Run, unit: Path
     assert again.code == 1 and "--force" in again.err
 
 
+@pytest.mark.long
 def test_the_calibration_is_taken_off_the_log(unit: Path, measured: dict[str, Any]) -> None:
     log = Calibration.from_json(measured).apply(al.read(unit / "unit.parquet"))
     force = np.stack([log.values(f"acc_{a}") for a in "xyz"])
@@ -153,6 +154,7 @@ def test_the_calibration_is_taken_off_the_log(unit: Path, measured: dict[str, An
         assert np.linalg.norm(mean) - measured["gravity"] == pytest.approx(p["excess"], abs=2e-5)
 
 
+@pytest.mark.long
 def test_positions_can_be_listed_and_left_out(run: Run, unit: Path, measured: dict[str, Any]) -> None:
     done = run(
         "calibrate", unit / "unit.parquet", "--latitude", LATITUDE, "--spans", unit / "rests.csv",
@@ -167,6 +169,7 @@ def test_positions_can_be_listed_and_left_out(run: Run, unit: Path, measured: di
         assert abs(one["value"] - other["value"]) < 3 * one["sd"], one["name"]
 
 
+@pytest.mark.long
 def test_a_part_has_its_own_positions_and_says_what_it_leaves_open(run: Run, unit: Path) -> None:
     done = run("calibrate", unit / "unit.parquet", "--latitude", LATITUDE, "--to", "28s")
     assert done.code == 0, done.err
@@ -187,6 +190,7 @@ def test_listed_times_count_from_the_start_of_the_log(unit: Path, measured: dict
         calibration_of(unit / "unit.parquet", spans=unit / "rests.csv", start=20.2, stop=20.4)
 
 
+@pytest.mark.long
 def test_a_position_that_contradicts_the_others_is_named(
     run: Run, unit: Path, tmp_path: Path, measured: Any
 ) -> None:
@@ -205,6 +209,7 @@ def test_triads_can_be_calibrated_alone(run: Run, unit: Path) -> None:
     assert {row["name"].partition(".")[0] for row in found["parameters"]} == {"accelerometer"}
 
 
+@pytest.mark.long
 def test_counts_need_names_and_come_back_in_counts(run: Run, unit: Path, tmp_path: Path) -> None:
     log = al.read(unit / "unit.parquet")
     counts = np.column_stack([np.rint(log.values(n) * (5e3 if "acc" in n else 2e4) + 3e4) for n in log.names])
@@ -297,6 +302,7 @@ def written(log: al.Recording, target: Path, **samples: np.ndarray) -> Path:
     return target
 
 
+@pytest.mark.long
 def test_b16_a_log_without_noise_loses_no_position(run: Run, tmp_path: Path) -> None:
     """Its samples repeat at rest, as those of a simulation do: nothing is refused, left out or accepted by hand."""
     silent = {"gyro": model_of("N=1e-9 deg/√h"), "accelerometer": model_of("N=1e-9 m/s/√h")}
@@ -321,6 +327,7 @@ def test_b16_a_log_without_noise_loses_no_position(run: Run, tmp_path: Path) -> 
         assert abs(p["value"] - truth[p["name"]][0]) < 1e-6, p["name"]
 
 
+@pytest.mark.long
 def test_b16_a_reading_that_freezes_costs_its_position_and_is_said(
     run: Run, unit: Path, tmp_path: Path
 ) -> None:
@@ -356,6 +363,7 @@ def two(unit: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Pat
     return place / "acc.txt", place / "gyro.txt"
 
 
+@pytest.mark.long
 def test_accelerometers_and_gyros_in_two_files(
     run: Run, unit: Path, two: tuple[Path, Path], measured: dict[str, Any]
 ) -> None:

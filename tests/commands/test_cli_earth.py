@@ -183,6 +183,7 @@ def rate_of(document: dict[str, Any]) -> float:
     return float(document["rotation"]["value"])
 
 
+@pytest.mark.long
 def test_turns_from_a_file_or_the_clock_give_what_the_signal_gives(run: Run, bench: Path) -> None:
     log, first = bench / "take.parquet", ["--model", MODEL, "--first", "north"]
     seen = measured(run, log, *first)
@@ -251,6 +252,7 @@ def test_a_frozen_stretch_is_left_out_and_said(run: Run, bench: Path, tmp_path: 
     assert found["verdict"] == "resolved"
 
 
+@pytest.mark.long
 def test_a_fault_between_the_turns_is_refused_unless_accepted(run: Run, bench: Path, tmp_path: Path) -> None:
     def clip(y: np.ndarray[Any, Any]) -> None:
         level = float(np.median(y))
@@ -266,6 +268,7 @@ def test_a_fault_between_the_turns_is_refused_unless_accepted(run: Run, bench: P
     assert "disagree: " in wrong.err.splitlines()[0] and "--accept clipping" in wrong.err
 
 
+@pytest.mark.long
 def test_a_warm_up_is_found_and_fitted_when_asked(run: Run, tmp_path: Path) -> None:
     warm = seed_paper.take(4, seed=2).window(0.0, 1200.0)
     write_recording(warm, tmp_path / "warm.parquet")
@@ -578,6 +581,7 @@ def test_flicker_is_given_its_correlation_time(run: Run, bench: Path) -> None:
     assert other.code == 1 and "leave it out" in other.err
 
 
+@pytest.mark.long
 def test_the_filter_that_is_told_the_rate_says_that_it_is_no_measurement(run: Run, bench: Path) -> None:
     arguments = ["filter", bench / "take.parquet", "--model", MODEL, "--first", "north"]
     done = run(*arguments, "--reference", "15.041deg/h")

@@ -74,6 +74,7 @@ def test_verdict_tables_figure_and_models(logs: tuple[Path, Path], tmp_path: Pat
     assert "What to tell a filter" in page and "Satterthwaite" in page
 
 
+@pytest.mark.long
 def test_quantities_without_more_noise_are_told_as_at_rest(tmp_path: Path, run: Run) -> None:
     quiet = [_log(tmp_path / f"{i}.parquet", "g a", (GYRO, ACCELEROMETER), 10 + i, 100.0) for i in (1, 2)]
     done = run("in-motion", *quiet, "-o", tmp_path / "told.json")
@@ -115,6 +116,7 @@ def test_the_document_goes_straight_into_an_export(document: Path, run: Run) -> 
     assert "of a sensor IN MOTION" in done.out and "update_rate: 200.0" in done.out
 
 
+@pytest.mark.long
 def test_faults_of_a_log_in_motion_are_reported_and_its_motion_is_none(
     logs: tuple[Path, Path], tmp_path: Path, run: Run
 ) -> None:
@@ -136,12 +138,14 @@ def test_figures(document: Path) -> None:
         sheet_of(result, view="curve")
 
 
+@pytest.mark.long
 def test_one_log_is_refused_and_two_are_taken(logs: tuple[Path, Path], run: Run) -> None:
     done = run("in-motion", logs[0])
     assert done.code == 1 and "state the log at rest, then those in motion" in done.err
     assert run("in-motion", *logs, "--channels", "gyro_x").code == 0
 
 
+@pytest.mark.long
 def test_pairs_and_units_are_stated_as_the_refusals_say(tmp_path: Path, run: Run) -> None:
     y = np.random.default_rng(1).standard_normal((6000, 2)) * 1e-3
     for name, heads in (

@@ -85,6 +85,7 @@ def test_real_log_lists_as_many_gaps_as_its_finding_counts(real_data) -> None:
 # -- words of the command line --------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_dead_channel_is_left_out_by_an_option_that_there_is(run: Run, dead: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = run("characterize", dead, "--accept", "no_noise_resolved", "--out", out)

@@ -66,6 +66,7 @@ def test_verdict_tables_and_figure(tmp_path: Path, run: Run) -> None:
     assert len(sheet_of(saved.result).rows) == 2 and len(sheet_of(saved.result, view="nis").rows) == 1
 
 
+@pytest.mark.long
 def test_columns_that_do_not_pair_are_refused_and_stated_as_the_refusal_says(
     tmp_path: Path, run: Run
 ) -> None:

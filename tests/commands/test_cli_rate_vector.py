@@ -112,6 +112,7 @@ def test_three_axes_at_rest_give_the_rate_vector(run: Run, logs: Path, tmp_path:
     assert run("earth-rate", logs / "rest.parquet", *PLACE, "--out", out).code == 1  # it is there
 
 
+@pytest.mark.long
 def test_biases_make_it_no_measurement_of_the_earth(run: Run, logs: Path) -> None:
     done = run("earth-rate", logs / "biased.parquet", *PLACE)
     assert done.code == 0
@@ -120,6 +121,7 @@ def test_biases_make_it_no_measurement_of_the_earth(run: Run, logs: Path) -> Non
     assert "urn the sensor" in done.out
 
 
+@pytest.mark.long
 def test_channels_name_the_axes_and_a_model_makes_the_interval(run: Run, logs: Path) -> None:
     alone = run("earth-rate", logs / "rest.parquet", *PLACE, "--channels", "gx,gy,gz")
     assert alone.code == 0
@@ -141,6 +143,7 @@ def test_samples_missing_at_rest_are_a_loss_and_shaking_is_none(run: Run, logs: 
     assert "samples missing" in done.out
 
 
+@pytest.mark.long
 def test_a_frozen_axis_is_left_out_of_the_vector_too(run: Run, tmp_path: Path) -> None:
     samples = rates()
     samples[6000:7000, 0] = samples[6000, 0]
@@ -152,6 +155,7 @@ def test_a_frozen_axis_is_left_out_of_the_vector_too(run: Run, tmp_path: Path) -
     assert not any(s["start"] < 340 and s["stop"] > 310 for s in found["used"])
 
 
+@pytest.mark.long
 def test_three_axes_that_were_turned_are_asked_which(run: Run, tmp_path: Path) -> None:
     samples = rates()
     turns = np.arange(100.0, LENGTH, 100.0)
@@ -296,6 +300,7 @@ def test_the_null_test_refuses_what_it_has_no_use_for(run: Run, east_west: Path,
 # -- reports of any document --------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_every_document_gives_its_report_again(run: Run, logs: Path, east_west: Path, tmp_path: Path) -> None:
     rest, log, listed = logs / "rest.parquet", east_west / "none.parquet", east_west / "positions.csv"
     one = ["--model", GOOD, "--channels", "gx"]

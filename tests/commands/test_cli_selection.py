@@ -86,6 +86,7 @@ def test_a_narrow_terminal_cuts_nothing_off(columns: int) -> None:
     assert "…" not in "".join(lines)
 
 
+@pytest.mark.long
 def test_select_prints_its_document(run: Run, tmp_path: Path) -> None:
     log = write_recording(
         Recording.from_rate(samples(4, 0.0), rate=10.0, unit="rad/s", names=["x"]), tmp_path / "x.parquet"

@@ -35,6 +35,7 @@ def model(log: Path) -> Path:
     return place
 
 
+@pytest.mark.long
 def test_spectrum_with_its_model(log: Path, model: Path, tmp_path: Path, run: Run) -> None:
     out = tmp_path / "out"
     done = run("spectrum", log, "--model", model, "--out", out, "--plot", tmp_path / "s.png")
@@ -61,6 +62,7 @@ def test_spectrum_by_welch_as_json(log: Path, run: Run) -> None:
     assert channel["expected"] is None
 
 
+@pytest.mark.long
 def test_a_constant_channel_has_no_density(tmp_path: Path, run: Run) -> None:
     """One of three channels is 0.5 wherever it is there: it is said to show no noise, and the others are shown."""
     rng = np.random.default_rng(1)

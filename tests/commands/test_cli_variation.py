@@ -68,6 +68,7 @@ def test_variation_prints_the_change_and_leaves_files(run: Run, gyro: Recording,
     assert run("variation", log, "--out", tmp_path / "out").code == 1  # files are there
 
 
+@pytest.mark.long
 def test_common_prints_every_part_and_gaps_are_loss(run: Run, pair: Recording, tmp_path: Path) -> None:
     y = np.column_stack([pair.values(n) for n in pair.names])
     y[100:200, 1] = np.nan
@@ -86,6 +87,7 @@ def test_common_prints_every_part_and_gaps_are_loss(run: Run, pair: Recording, t
     assert refused.code == 1 and "two or three sensors" in refused.err
 
 
+@pytest.mark.long
 def test_reports_are_whole_pages(varied: Variation, separated: Separation) -> None:
     for result, words in (
         (varied, ("The noise changes.", "Constancy of every lag", "Andrews", "gyro: some averaging times")),

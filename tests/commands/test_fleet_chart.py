@@ -56,6 +56,7 @@ def test_a_shift_signals_after_it_and_not_before(chart: ControlChart) -> None:
     assert np.std(chart.z[:FIRST]) == pytest.approx(1.0, abs=0.3)
 
 
+@pytest.mark.long
 def test_a_point_has_limits_of_its_own_uncertainty(fleet: Path) -> None:
     table = pq.read_table(fleet / "fleet.parquet").to_pylist()
     for row in table[:10]:  # four times as uncertain

@@ -100,12 +100,14 @@ def test_a_limit_that_says_nothing_is_refused(bench: Path, limits: list[str], sa
         measure("fleet check", bench / "good.parquet", limits=limits)
 
 
+@pytest.mark.long
 def test_a_fleet_of_other_channels_is_refused(bench: Path, tmp_path: Path) -> None:
     pq.write_table(fleet_table(symbols=("N",)), tmp_path / "fleet.parquet")
     with pytest.raises(InputError, match="the fleet has the channels gyro_x, and the log gyro"):
         measure("fleet check", bench / "good.parquet", against=tmp_path)
 
 
+@pytest.mark.long
 def test_it_loads_no_other_analysis(bench: Path) -> None:
     """A production line pays for the imports of each check."""
     code = (

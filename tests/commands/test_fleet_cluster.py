@@ -101,6 +101,7 @@ def test_a_worker_that_is_killed_and_one_that_comes_late(tmp_path, monkeypatch, 
     assert rows_without_times(run.path) == rows_without_times(here.path)
 
 
+@pytest.mark.long
 def test_the_command_uses_a_scheduler_and_refuses_other_versions(tmp_path, monkeypatch, crew, run):
     monkeypatch.chdir(tmp_path)
     write_fleet(tmp_path / "logs", 1)

@@ -62,6 +62,7 @@ def undisturbed(tmp_path_factory):
         return rows_without_times(fleet("logs/**/*.csv", pattern=PATTERN, out="fleet").path)
 
 
+@pytest.mark.long
 def test_a_run_that_is_killed_three_times_ends_with_the_same_table(tmp_path, undisturbed):
     write_fleet(tmp_path / "logs", LOGS)
     moments = random.Random(25)

@@ -73,6 +73,7 @@ def test_the_terminal_answers_first_in_units_that_people_use(
     }
 
 
+@pytest.mark.long
 def test_the_document_is_read_again_and_makes_its_report(fleet: Path, run: Run, tmp_path: Path) -> None:
     done = run("fleet", "report", fleet / "fleet.parquet", "--json")
     data = json.loads(done.out)
@@ -84,6 +85,7 @@ def test_the_document_is_read_again_and_makes_its_report(fleet: Path, run: Run, 
     assert "u03" in page
 
 
+@pytest.mark.long
 def test_options_reach_the_statistics(fleet: Path) -> None:
     result: FleetPopulation = measure(
         "fleet report",
@@ -101,6 +103,7 @@ def test_options_reach_the_statistics(fleet: Path) -> None:
         measure("fleet report", fleet, conditions=["humidity"])
 
 
+@pytest.mark.long
 def test_a_failed_log_is_a_loss(tmp_path: Path, run: Run) -> None:
     table = fleet_table().to_pylist()
     table.append({**dict.fromkeys(table[0]), "log": "broken.csv", "unit": "u99", "kind": None})

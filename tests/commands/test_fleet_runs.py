@@ -153,6 +153,7 @@ def test_a_kept_study_is_read_and_any_other_is_made_again(made, monkeypatch):
         run.study("logs/none.csv")
 
 
+@pytest.mark.long
 def test_other_programs_read_the_table_in_one_line(made, monkeypatch):
     folder, _, _ = made
     monkeypatch.chdir(folder)

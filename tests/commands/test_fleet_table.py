@@ -68,6 +68,7 @@ def test_only_files_whose_logs_changed_are_written(tmp_path: Path) -> None:
     assert len(read_table(table)) == 2 * len(LOGS) - 1 and table_sha256(table) != digest
 
 
+@pytest.mark.long
 def test_a_fleet_that_grows_is_that_of_one_run(tmp_path: Path) -> None:
     for end in (1, 2, 5, 13, 24):
         ran(tmp_path / "grown", LOGS[end // 2 : end])

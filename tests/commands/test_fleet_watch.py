@@ -55,6 +55,7 @@ def test_a_log_that_grows_waits(fleet, monkeypatch):
     assert column(table, "samples", log="logs/b.csv", channel="gyro_x", term="N") == [1200]
 
 
+@pytest.mark.long
 def test_a_folder_that_is_no_fleet_is_refused_and_becomes_one(tmp_path, monkeypatch, run):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "made").mkdir()

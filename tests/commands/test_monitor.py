@@ -167,6 +167,7 @@ def test_ctrl_c_is_how_a_look_ends(tmp_path: Path, run: Run, monkeypatch: pytest
     assert (done.code, done.err) == (0, "")
 
 
+@pytest.mark.long
 def test_the_rate_is_that_of_the_stamps_with_its_scatter(tmp_path: Path, rng: np.random.Generator) -> None:
     n, ppm, late = 2500, 40e-6, 2e-3
     with LogStore.create(tmp_path / "run", HEADER) as store:

@@ -162,6 +162,7 @@ def test_100_000_rows_are_sorted_filtered_and_brushed_without_waiting(page: Any)
         assert violations(page) == []
 
 
+@pytest.mark.long
 def test_a_click_opens_the_study_of_a_log_and_makes_it_where_there_is_none(page: Any) -> None:
     opened(page)
     page.get_by_role("link", name="u000001", exact=True).click()

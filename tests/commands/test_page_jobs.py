@@ -113,6 +113,7 @@ def repeated(
 # -- the same numbers ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_study_is_the_same_by_page_command_and_python(
     browser: Browser, study: dict[str, Any], run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -135,6 +136,7 @@ def test_study_is_the_same_by_page_command_and_python(
         al.characterize(al.read(browser.app.settings.folder / "gyro.csv"), exclude=[(5.0, 2.0)])
 
 
+@pytest.mark.long
 def test_study_by_likelihood_is_the_same_by_page_command_and_python(
     browser: Browser, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:

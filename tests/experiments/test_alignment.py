@@ -188,6 +188,7 @@ def test_e3_the_pole_is_refused() -> None:
         predict_alignment(model=GYRO, plan=AlignmentPlan.static(10.0), latitude=-math.pi / 2)
 
 
+@pytest.mark.long
 def test_e4_the_interval_holds_the_heading_at_every_signal_to_noise(rng: np.random.Generator) -> None:
     """From 0.94 on, less three standard deviations of 3000 runs at 0.95: 0.0040."""
     spread = np.array([[1.0, 0.3], [0.3, 0.5]])
@@ -369,6 +370,7 @@ def test_one_position_with_unknown_biases_is_no_north() -> None:
     assert known.verdict == "inconsistent with Earth"  # the length is off by six standard deviations
 
 
+@pytest.mark.long
 def test_small_biases_give_a_heading_with_what_they_show() -> None:
     """Student's interval with two degrees of freedom: of 20 runs at 0.95 fewer than 15 hold with p = 0.0003."""
     rng, held, verdicts = np.random.default_rng(4), 0, set()
@@ -385,6 +387,7 @@ def test_small_biases_give_a_heading_with_what_they_show() -> None:
     assert "resolved" not in verdicts
 
 
+@pytest.mark.long
 def test_a_consumer_unit_never_gets_a_heading() -> None:
     """Noise of 0.3 deg/sqrt(h) and 10 deg/h of flicker, biases of half a degree per second."""
     noise = {**MODEL, "gyro": NoiseModel.of(White(N=0.3 * DEG / 60), Flicker(B=10 * DEG_H))}
@@ -452,6 +455,7 @@ def test_stands_that_contradict_each_other_are_not_called_noise() -> None:
     assert math.isnan(still.heading)  # one attitude, and what was known of the biases is refuted
 
 
+@pytest.mark.long
 def test_a_bias_beyond_what_was_said_widens_the_interval_to_what_it_shows() -> None:
     """Refuted, but small: the heading stands with Student's interval, and the verdict says what is wrong."""
     rng, held = np.random.default_rng(5), 0
@@ -631,6 +635,7 @@ def test_a_rotation_gives_the_heading_at_both_ends(
     json.dumps(found.to_json(), allow_nan=False)
 
 
+@pytest.mark.long
 def test_e6_rotation_drops_biases_and_predicts_itself() -> None:
     spin, big = UnitMotion.rotation(6 * DEG, 180.0), {f"gyro.bias_{a}": 30 * DEG_H for a in "xy"}
     found, _ = aligned(spin, rate=20.0, noise=MODEL, calibration=calibration({}, big), by_rotation=True)
@@ -696,6 +701,7 @@ def test_a_model_of_another_sensor_is_named_where_nothing_is_at_rest() -> None:
         align(record, model=small, latitude=45 * DEG)
 
 
+@pytest.mark.long
 def test_the_record_alone_gives_its_noise() -> None:
     motion = UnitMotion.positions([degrees(0, 0, 0), degrees(0, 0, 180)], dwell=200.0, turn=3.0)
     found, truth = aligned(motion, noise=MODEL, by_model=None)

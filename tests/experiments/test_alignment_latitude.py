@@ -41,6 +41,7 @@ def true_rate(latitude: float, azimuth: float) -> np.ndarray:
     return EARTH_RATE * np.array([level * math.cos(azimuth), level * math.sin(azimuth), -math.sin(latitude)])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("latitude", [0.0, 20.0, 48.1, 70.0, 85.0, 89.0, 90.0, -60.0])
 @pytest.mark.parametrize(
     "spread",

@@ -82,6 +82,7 @@ def cases(rng: np.random.Generator, count: int) -> list[tuple[tuple[float, float
     ]
 
 
+@pytest.mark.long
 def test_a_low_latitude_is_levelled_like_any_other(rng: np.random.Generator) -> None:
     # the calibration knows no better than its values: what it lacks moves the interval, not the heading
     for seed, (attitude, latitude) in enumerate(cases(rng, 60)):
@@ -95,6 +96,7 @@ def test_a_low_latitude_is_levelled_like_any_other(rng: np.random.Generator) -> 
         assert abs(error) < 6e-3 * (abs(attitude[0]) + abs(attitude[1])) + 3e-5, (seed, latitude / DEG)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["gyro.misalignment", "gyro.scale", "gyro.bias"])
 def test_no_other_parameters_fit_better(kind: str, rng: np.random.Generator) -> None:
     for seed, (attitude, latitude) in enumerate(cases(rng, 12)):

@@ -79,6 +79,7 @@ def test_without_noise_the_parameters_come_back(path: Path, frame: str) -> None:
     close(found, values, 1e-9)
 
 
+@pytest.mark.long
 def test_models_may_be_given_by_role(path: Path) -> None:
     by_name = models()
     record = path.recording(*both(truth(2)), by_name)
@@ -440,6 +441,7 @@ def test_an_open_direction_keeps_its_plausible_size_and_disturbs_nothing() -> No
     assert any(p.status == "assumed" for p in found.parameters)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("given", [True, False])
 def test_a_bumped_span_is_named(path: Path, given: bool) -> None:
     record = path.recording(*both({}), models(), seed=5)
@@ -465,6 +467,7 @@ def test_a_bumped_span_is_named(path: Path, given: bool) -> None:
     assert any("position 8: not used, left out" in r for r in clean.notes)
 
 
+@pytest.mark.long
 def test_gyros_that_follow_gravity_are_found_out() -> None:
     """Their sensitivity is part of the calibration, with its covariance; a sound record has none."""
     path = Path(attitudes(20), latitude=LATITUDE)
@@ -548,6 +551,7 @@ def test_axes_in_another_order_are_told(order: str, sign: float, said: str) -> N
     assert not found.advice and not found.add
 
 
+@pytest.mark.long
 def test_a_turn_can_be_left_out(path: Path) -> None:
     """Two positions are sound, and what the gyros saw between them is not."""
     record = path.recording(*both(truth(3)), models(), seed=5)
@@ -570,6 +574,7 @@ def test_a_turn_can_be_left_out(path: Path) -> None:
             calibrate(record, without=[turn], **arguments)
 
 
+@pytest.mark.long
 def test_a_thermometer_beside_a_drift_is_pointed_at(path: Path) -> None:
     values = truth(4) | {f"gyro.bias_temperature_{a}": 2e-4 for a in "xyz"}
     record = path.recording(*both(values), models(), warmth=np.linspace(20.0, 32.0, path.count))

@@ -91,6 +91,7 @@ def test_an_axis_that_sees_nothing_of_the_earth_contradicts_it(vertical: bool, k
     assert "required" not in found.reason
 
 
+@pytest.mark.long
 def test_a_sensor_that_cannot_see_the_earth_is_not_resolved_and_no_contradiction() -> None:
     """At two standard deviations of the Earth's rate and less; chance contradicts in one of a thousand."""
     loud = NoiseModel.of(White(N=1.2e-3))
@@ -300,6 +301,7 @@ def test_scatter_from_turn_to_turn_widens_the_interval() -> None:
     assert e.interval[0] <= EARTH_RATE <= e.interval[1]
 
 
+@pytest.mark.long
 def test_turns_counted_wrongly_are_named_with_their_time() -> None:
     """--dwell 30, and the operator forgot the tenth turn of half an hour."""
     record = twin(duration=3600.0, seed=6, motion={"missed": (60,)})
@@ -320,6 +322,7 @@ def test_another_noise_than_the_model_is_named() -> None:
     assert loud.verdict == "inconsistent"
 
 
+@pytest.mark.long
 def test_the_temperature_can_be_fitted() -> None:
     warmth = Temperature(start=20.0, drift=40.0 / 3600, coefficient=5e-5, noise=0.01)
     record = twin(duration=3600.0, seed=9, temperature=warmth)
@@ -506,6 +509,7 @@ def test_what_widens_the_rate_widens_all_that_stands_beside_it() -> None:
     assert e.reading("pairs").sd == pytest.approx(bare[0].sd * e.inflation)
 
 
+@pytest.mark.long
 def test_what_widens_the_noise_is_said() -> None:
     """A check that failed, or, of a record that tells its own noise, the pairs: never checks that all passed."""
     given = measured(twin(seed=4), NoiseModel.of(White(N=seed_paper.N / 1.5)))

@@ -114,6 +114,7 @@ def attitudes(*found: tuple[float, float, float]) -> list[tuple[float, float, fl
     return [(a * DEG, b * DEG, c * DEG) for a, b, c in found]
 
 
+@pytest.mark.long
 def test_one_attitude_has_its_heading_back(calibration: Calibration) -> None:
     """Tilted, so that all three axes of the force matter; without the sensitivity the heading is far off."""
     motion = UnitMotion.still(attitudes((20.0, -35.0, 70.0))[0], duration=400.0)
@@ -133,6 +134,7 @@ def test_several_attitudes_with_turns_between_them(calibration: Calibration) -> 
     assert found.inflation == 1.0
 
 
+@pytest.mark.long
 def test_a_rotation_modulates_what_follows_gravity(calibration: Calibration) -> None:
     """About an axis that leans, force turns in the unit and makes a rate that does, too: a false north."""
     motion = UnitMotion.rotation(6 * DEG, 300.0, tilt=(30 * DEG, 0.0), heading=70 * DEG)

@@ -62,6 +62,7 @@ def within(found: StaticSpans, made: HeldRecord) -> list[int]:
 # -- rests ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_steady_rests_are_found_with_gyros_as_well_as_without() -> None:
     """With gyros every steady rest of 1.2 s and more, none held eight times worse, no turn; without hardly fewer."""
     count = steady = 0
@@ -95,6 +96,7 @@ def test_the_threshold_is_that_of_the_record_and_is_said() -> None:
     assert StaticSpans.from_json(low.to_json()).held
 
 
+@pytest.mark.long
 def test_what_was_put_down_is_not_taken_for_held() -> None:
     for seed in range(3):
         made = held_record(seed, DOWN)
@@ -151,6 +153,7 @@ def test_turns_that_share_a_rest_share_its_noise() -> None:
     )
 
 
+@pytest.mark.long
 def test_samples_are_shared_by_turns_that_follow_each_other_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     caught: list[adjustment.Adjustment] = []
 
@@ -202,6 +205,7 @@ def test_records_of_one_unit_agree_within_their_intervals() -> None:
     assert inside > 0.85  # parameters of one record go together: no law of their own
 
 
+@pytest.mark.long
 def test_a_direction_that_no_rest_covers_is_not_resolved() -> None:
     made = held_record(2, replace(SHORT, avoided=((0.0, 0.0, -1.0),)))
     found = calibrate(made.recording, **PLACE)
@@ -349,6 +353,7 @@ def test_a_position_that_contradicts_the_others_is_the_verdict(held: bool) -> No
     )
 
 
+@pytest.mark.long
 def test_accelerometers_that_alone_say_something_else_are_the_verdict(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -318,6 +318,7 @@ WANDERING = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", WANDERING)
 def test_e9_a_bias_that_wanders_while_indexing(name: str) -> None:
     """150 records of each: 99.9 % binomial bounds of 0.95; all checks and verdicts included."""
@@ -603,6 +604,7 @@ def turned_east_west(bias: float, seed: int, heading: float = math.pi / 2) -> tu
     return record(y, rate=10.0), where
 
 
+@pytest.mark.long
 def test_a_null_test_without_a_bias() -> None:
     """80 records: an interval of 95 %, 99.9 % binomial bounds; the sd is that of white noise."""
     runs, clear = 80, 0

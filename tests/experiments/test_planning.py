@@ -171,6 +171,7 @@ def test_how_far_white_noise_reaches() -> None:
     assert longest_block(model, 1800.0) == pytest.approx(white_reach(model) / 10)
 
 
+@pytest.mark.long
 def test_agrees_with_simulation() -> None:
     """Root mean square of 300 simulated estimates: 99.9 % bounds of chi-square, and the mean is the truth."""
     runs, dwell, duration, dead = 300, 20.0, 600.0, 2.0

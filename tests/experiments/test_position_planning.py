@@ -161,6 +161,7 @@ def test_a_plan_beats_the_usual_schemes(found: PositionPlan) -> None:
     assert "accelerometer.misalignment_xy" in faces.open
 
 
+@pytest.mark.long
 def test_a_harder_goal_takes_longer_and_only_wanted_parameters_count() -> None:
     only = {"accelerometer": NoiseModel.of(White(N=1e-3), kind="acceleration")}
     times = []
@@ -172,6 +173,7 @@ def test_a_harder_goal_takes_longer_and_only_wanted_parameters_count() -> None:
     assert times[1] / times[0] == pytest.approx(4.0, rel=0.25)  # rests are whole seconds
 
 
+@pytest.mark.long
 def test_what_flicker_forbids_is_said() -> None:
     p = plan_positions(
         {"accelerometer": ACCELEROMETER}, goals={"accelerometer.bias": 5e-5}, candidates="faces", most=6
@@ -194,6 +196,7 @@ def test_what_flicker_forbids_is_said() -> None:
     assert any("allow edges" in note for note in p.notes)
 
 
+@pytest.mark.long
 def test_the_best_of_a_given_time() -> None:
     p = plan_positions(BOTH, goals=GOALS, latitude=LATITUDE, time=120.0, candidates="edges", most=8)
     assert p.total == pytest.approx(120.0, abs=len(p.positions))
@@ -214,6 +217,7 @@ def test_dwell_for_is_the_shortest_that_does() -> None:
     assert dwell_for(u, draft, goals) == pytest.approx((1e-3 / 1e-4) ** 2 / 2, rel=0.025)
 
 
+@pytest.mark.long
 def test_the_unit_that_was_planned_is_calibrated_as_planned(found: PositionPlan) -> None:
     """30 records of perfect units in the planned positions: errors against the planned covariance.
 
@@ -244,6 +248,7 @@ def test_the_unit_that_was_planned_is_calibrated_as_planned(found: PositionPlan)
 # -- headings ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_heading_needs_half_a_turn_where_the_bias_hides_the_earth() -> None:
     """Two positions: of white noise the heading has the sd N/(Omega cos(latitude) sqrt(time at rest)), whatever the
     bias; one position has the bias in it.
@@ -260,6 +265,7 @@ def test_a_heading_needs_half_a_turn_where_the_bias_hides_the_earth() -> None:
     assert [q.words for q in p.positions] == ["level", "level, 180 deg from the first"]
 
 
+@pytest.mark.long
 def test_a_consumer_unit_gets_no_heading() -> None:
     p = plan_positions(BOTH, heading=True, latitude=LATITUDE, time=60.0)
     assert not p.reached

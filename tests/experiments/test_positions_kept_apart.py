@@ -125,6 +125,7 @@ def test_units_differ_from_file_to_file(log) -> None:
 # -- what tells the noise of a mean -------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_scatter_alone_gives_intervals_that_hold_as_often_as_they_say() -> None:
     """Nine parameters at a time, by Fisher's law with the degrees of freedom that are stated."""
     count, inside, hits = 40, 0, 0
@@ -216,6 +217,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory, log) -> Path:
     return place
 
 
+@pytest.mark.long
 def test_calibrate_takes_files_and_rows(run: Run, folder: Path, tmp_path: Path, log) -> None:
     files, known = sorted(folder.glob("p*.parquet")), ["--latitude", f"{LATITUDE}rad", "--gravity", "9.81"]
     done = run("calibrate", "--positions", *files, *known, "--json")
@@ -255,6 +257,7 @@ def test_a_file_in_which_the_unit_moved_is_named(run: Run, folder: Path, tmp_pat
     assert "moved.parquet: the unit is never at rest" in " ".join(done.err.split())
 
 
+@pytest.mark.long
 def test_align_goes_by_stated_headings_where_no_gyro_saw_the_turn(run: Run, tmp_path: Path) -> None:
     noise = {"gyro": model_of("N=0.02 deg/√h"), "accelerometer": model_of("N=0.02 m/s/√h")}
     motion = UnitMotion.positions([(0, 0, 0.5), (0.1, 0, 0.5 + 2.0)], dwell=100.0, turn=4.0)
@@ -290,6 +293,7 @@ def test_align_goes_by_stated_headings_where_no_gyro_saw_the_turn(run: Run, tmp_
     assert lacking.code == 1 and "means carry no noise information" in " ".join(lacking.err.split())
 
 
+@pytest.mark.long
 def test_models_go_by_the_names_that_are_mapped(run: Run, folder: Path, tmp_path: Path) -> None:
     """Of align and calibrate, for files and rows; the same as with the names of the log."""
     mapped = {name: f"m{k}" for k, name in enumerate(ACC + GYRO)}

@@ -103,6 +103,7 @@ def test_the_unit_of_the_samples_changes_nothing(rng: np.random.Generator) -> No
     assert b.used == a.used
 
 
+@pytest.mark.long
 def test_rest_is_not_denied_to_clean_records(rng: np.random.Generator) -> None:
     """One clean record in a hundred may have a cell that stands out: at most 5 of 60 at 99.9 %."""
     alarms = 0
@@ -251,6 +252,7 @@ def test_the_interval_of_a_short_vector_covers(rng: np.random.Generator) -> None
         assert inside >= binom.ppf(0.001, 200, 0.95)
 
 
+@pytest.mark.long
 def test_the_second_order_bias_of_a_mean_is_taken_off(rng: np.random.Generator) -> None:
     """With a deviation of 2 deg/h in each axis the length of the mean is 0.27 deg/h too long; 60 records see it."""
     model = NoiseModel.of(White(N=0.667 * DEG_RT_H))
@@ -347,6 +349,7 @@ def test_the_result_is_plain_data(rng: np.random.Generator) -> None:
     assert all(a.stop == pytest.approx(b.start) for a, b in zip(spans, spans[1:], strict=False))
 
 
+@pytest.mark.long
 def test_a_long_record_is_read_in_blocks() -> None:
     """2.4 million samples of three axes in 14 MB; read whole as float64 they would be 58 MB."""
     rng = np.random.default_rng(1)

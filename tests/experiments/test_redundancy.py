@@ -188,6 +188,7 @@ def test_missing_samples_are_bridged_by_the_others() -> None:
 # -- shared noise --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shared", [0.0, 0.3])
 def test_interval_of_a_correlation_covers(shared: float) -> None:
     """400 pairs; at the shortest time and at one with 40 degrees of freedom."""
@@ -202,6 +203,7 @@ def test_interval_of_a_correlation_covers(shared: float) -> None:
     assert ((low <= cover) & (cover <= high)).all(), cover
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("weights", [[1 / 3, 1 / 3, 1 / 3], [0.2, 0.5, 0.3]])
 def test_interval_of_a_gain_covers(weights: list[float]) -> None:
     """400 records of correlated sensors; at the shortest time and at one with some 60 degrees of freedom."""
@@ -216,6 +218,7 @@ def test_interval_of_a_gain_covers(weights: list[float]) -> None:
     assert ((low <= cover) & (cover <= high)).all(), cover
 
 
+@pytest.mark.long
 def test_independent_sensors_are_rarely_called_correlated() -> None:
     """1 % of records; 300 of them with 6 pairs."""
     found = sum(
@@ -319,6 +322,7 @@ def test_false_alarms_come_at_the_stated_rate_or_less(n: int, directions: bool, 
     assert alarms <= binomial_bounds(0.10, 40)[1]
 
 
+@pytest.mark.long
 def test_motion_gives_no_alarm_where_the_sensors_are_exact_or_their_errors_are_stated() -> None:
     h, t = cone(5), np.arange(8000) / RATE
     motion = np.column_stack([np.sin(t), np.cos(2 * t), 0.5 * np.sin(0.3 * t)])
@@ -410,6 +414,7 @@ def test_a_step_of_half_of_the_record_is_not_taken_for_the_noise(size: int) -> N
     assert c.noise_ratio == pytest.approx(1.0, abs=0.15)
 
 
+@pytest.mark.long
 def test_steps_to_another_level_and_back_are_not_noise() -> None:
     y = noise(6, 2400, 12)
     y[600:1100, 2] += 40 * N * math.sqrt(RATE / 8)
@@ -419,6 +424,7 @@ def test_steps_to_another_level_and_back_are_not_noise() -> None:
     assert max(f.stop for f in c.faults) == pytest.approx(34.0, abs=1.0)
 
 
+@pytest.mark.long
 def test_deviation_and_gain_are_those_of_the_recording_that_is_written() -> None:
     """Three of four sensors for a quarter of the record, or with a fault that nobody is blamed for."""
     from allanite.noise.allan import allan_curve
@@ -443,6 +449,7 @@ def test_deviation_and_gain_are_those_of_the_recording_that_is_written() -> None
     assert alone.gain[0, 0] == pytest.approx(expected, rel=0.05)
 
 
+@pytest.mark.long
 def test_the_sensor_at_fault_does_not_take_part_in_its_span() -> None:
     clean, broken = noise(5, 20_000, 5), faulty("spell", 2) - cone(5) @ np.array([0.1, -0.2, 0.3])
     c = combined(broken, directions=cone(5))
@@ -455,6 +462,7 @@ def test_the_sensor_at_fault_does_not_take_part_in_its_span() -> None:
     assert np.abs(jump).max() < 0.5 * N
 
 
+@pytest.mark.long
 def test_with_four_sensors_a_fault_is_seen_and_not_whose_it_is() -> None:
     c = combined(faulty("step", 1, n=4), directions=cone(4))
     assert c.verdict == "sensors contradict each other"
@@ -469,6 +477,7 @@ def test_four_sensors_name_the_one_that_stands_still() -> None:
     assert [(f.kind, f.sensor) for f in c.faults] == [("stuck", "g1")]
 
 
+@pytest.mark.long
 def test_twins_stay_candidates() -> None:
     h = np.vstack([np.eye(3), np.eye(3)])
     y = noise(6, 20_000, 1)
@@ -479,6 +488,7 @@ def test_twins_stay_candidates() -> None:
     assert "except between" in c.isolation
 
 
+@pytest.mark.long
 def test_two_faults_of_two_sensors() -> None:
     y = faulty("step", 0, n=6)
     y[14_000:, 4] -= 5 * N
@@ -487,6 +497,7 @@ def test_two_faults_of_two_sensors() -> None:
     assert c.faults[1].size == pytest.approx(-5 * N, abs=5 * c.faults[1].size_sd)
 
 
+@pytest.mark.long
 def test_power_of_the_parity_test() -> None:
     """A pulse in one window: the chance to see it is that of a non-central chi-square over the threshold."""
     from scipy.stats import ncx2
@@ -556,6 +567,7 @@ def test_window_means_stream_and_merge() -> None:
     assert long.mean[0, 0] == pytest.approx(np.nanmean(y[:16, 0]), rel=1e-12)
 
 
+@pytest.mark.long
 def test_document_is_plain() -> None:
     import json
 
@@ -567,6 +579,7 @@ def test_document_is_plain() -> None:
 # -- figures, report and command -----------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_picture_report_and_command(run: Run, tmp_path: Path) -> None:
     import json
 

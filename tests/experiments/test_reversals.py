@@ -135,6 +135,7 @@ def test_e_turns_of_random_takes_all_found_and_every_direction_right(number: int
         assert np.mean(found.signs() != 0) > 0.78  # of 30 s: turn 2, dead time 2, guard 0.5, flanks 0.5
 
 
+@pytest.mark.long
 def test_e8_no_turn_in_records_at_rest() -> None:
     for run in range(40):
         still = simulate(
@@ -152,6 +153,7 @@ def test_e8_no_turn_in_records_at_rest() -> None:
         assert np.mean(found.signs() == 1) > 0.97
 
 
+@pytest.mark.long
 def test_a_week_at_rest_is_static_in_bounded_memory_and_seconds() -> None:
     import time
     import tracemalloc
@@ -166,6 +168,7 @@ def test_a_week_at_rest_is_static_in_bounded_memory_and_seconds() -> None:
     tracemalloc.stop()
 
 
+@pytest.mark.long
 def test_dwells_log_uniform_from_10_to_600_s() -> None:
     for seed in range(3):
         y, truth = turned(
@@ -320,6 +323,7 @@ def test_samples_missing_at_random_do_no_harm() -> None:
     assert perfect(find_reversals(record(y)), truth)
 
 
+@pytest.mark.long
 def test_gap_of_ten_minutes_leaves_the_direction_unknown_unless_the_sense_of_turns_tells_it() -> None:
     for seed in range(6):
         for forth_and_back in (True, False):

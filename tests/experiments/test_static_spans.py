@@ -166,6 +166,7 @@ def test_e_rests_of_hand_moved_logs_are_found_and_hold_no_motion(
         assert max(late.max(), early.max()) <= 0.3 * RATE, (case, seed)
 
 
+@pytest.mark.long
 def test_e_a_log_that_is_mostly_motion_shows_its_short_rests() -> None:
     for seed in range(10):
         recording, truth = hand_moved(seed, first=(1.5, 2), rest=(1.5, 2), pause=1.0)
@@ -189,6 +190,7 @@ def slow_turns(seed: int, rest: float = 2.0) -> tuple[Recording, Array]:
     return unit(*noisy(rates, gravity_in(rates, np.eye(3)), rng)), np.column_stack([starts, starts + rest])
 
 
+@pytest.mark.long
 def test_e_slow_turns_do_not_pass_for_the_rest_between_them() -> None:
     """A tenth of the record is at rest: short of it, nothing is found; but motion is not called rest."""
     lengths = inside = 0.0
@@ -454,6 +456,7 @@ def test_documents_come_back_and_are_drawn() -> None:
             StaticSpans.from_json(damaged)
 
 
+@pytest.mark.long
 def test_e_motion_in_a_record_said_to_be_static_is_a_finding() -> None:
     """A tilt of 3 deg within a minute: slower than anything that the windows of single axes compare."""
     rates = np.zeros((30_000, 3))

@@ -223,6 +223,7 @@ def test_at_a_pole_a_lean_counts_in_the_second_order() -> None:
     )
 
 
+@pytest.mark.long
 def test_intervals_cover_rate_component_and_g_sensitivity() -> None:
     """30 takes whose g-sensitivity is drawn from what is stated. Bounds: 99.9 % of the binomial and chi-square laws."""
     runs, sd = 30, 3.0 * PER_G

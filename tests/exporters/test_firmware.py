@@ -128,6 +128,7 @@ def test_steady_gain_is_that_of_the_settled_filter() -> None:
     assert "No steady gain" in exported(NoiseModel.of(White(N=1e-4)))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("rate", [0.01, 0.3, 20.0])
 def test_steady_sd_is_that_of_the_bias_that_both_filters_return(rate: float) -> None:
     """The running filter's bias, a prediction for the next sample, has it in the end: at slow rates too."""
@@ -410,8 +411,8 @@ def test_a_missing_sample_is_missing_to_a_compiler_that_is_told_there_is_no_nan(
 
 
 @pytest.mark.skipif(not (shutil.which("g++") and shutil.which("make")), reason="needs g++ and make")
-@pytest.mark.parametrize("optimise", ["-O1", "-Ofast"])
-@pytest.mark.parametrize("spike", [1e30, -1.0, 6.0])
+@pytest.mark.parametrize("optimise", ["-O1", pytest.param("-Ofast", marks=pytest.mark.long)])
+@pytest.mark.parametrize("spike", [6.0, *(pytest.param(x, marks=pytest.mark.long) for x in (1e30, -1.0))])
 def test_gate_leaves_out_a_spike_as_if_it_were_missing_and_nothing_else(
     spike: float, optimise: str, rng: np.random.Generator
 ) -> None:
@@ -491,6 +492,7 @@ FAST_HEADERS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not shutil.which("g++"), reason="needs g++")
 def test_a_header_holds_with_fast_math_or_refuses_it(tmp_path: Path) -> None:
     """What holds is run with it by kernels/tests/kernels_test.cpp and the filters above."""

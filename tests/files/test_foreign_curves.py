@@ -101,6 +101,7 @@ def shape(rng: np.random.Generator, path: Path) -> tuple[dict[str, object], int]
     return options, several
 
 
+@pytest.mark.long
 def test_two_hundred_shapes_of_a_curve_come_back(tmp_path: Path) -> None:
     for seed in range(100):  # a fault of 2.3 % of them is found with 90 %
         path = tmp_path / f"{seed}.csv"

@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pytest
 from tests.fuzz.__main__ import attempted, lot, stored
 from tests.fuzz.seeds import FORMATS
 from tests.hostile_files import MOST_MEMORY, MOST_SECONDS, Attempt, Outcome, fault_of, measured
@@ -68,6 +69,7 @@ def test_wide_files_within_the_limits_are_read(tmp_path: Path) -> None:
 # -- the fuzz itself ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_every_format_is_mutated_and_the_seed_decides_how() -> None:
     for name in FORMATS:
         one, same, other = (lot(name, np.random.default_rng(seed), 6) for seed in (5, 5, 6))

@@ -90,6 +90,7 @@ def test_other_documents_are_refused(
         read(path)
 
 
+@pytest.mark.long
 def test_lines_of_one_object_each_may_be_long(tmp_path: Path) -> None:
     """Longer than what a format is told from."""
     path = tmp_path / "log.json"

@@ -86,6 +86,7 @@ def signed_batch(content: bytes, opening: Opening) -> bytes:
     return content[:crc] + b"%08x" % zlib.crc32(unsigned[start:stop], opening.crc) + content[crc + 8 :]
 
 
+@pytest.mark.long
 def test_a_batch_that_verifies_and_cannot_be_decoded_is_an_error_of_format(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "run", range(0, 320, 32))
     place = folder / "000001.arrows"

@@ -132,6 +132,7 @@ def test_lost_samples_and_rows_of_others_together(tmp_path: Path, seed: int) -> 
     np.testing.assert_array_equal(values_of(recording), np.where(lost, np.nan, values))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("extra", [False, True])
 def test_blocks_are_judged_as_the_whole(monkeypatch: pytest.MonkeyPatch, extra: bool) -> None:
     rng = rng_of(3)

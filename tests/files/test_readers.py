@@ -51,6 +51,7 @@ def same(a: Recording, b: Recording) -> bool:
 # -- one result ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_m12_every_container_gives_the_same_bits(tmp_path: Path) -> None:
     import gzip
 
@@ -594,6 +595,7 @@ def test_all_stamps_equal_is_refused_with_rows(tmp_path: Path) -> None:
         read(tmp_path / "a.csv")
 
 
+@pytest.mark.long
 def test_channels_of_one_parquet_file_are_read_by_several_threads(tmp_path: Path) -> None:
     """One reader of the file serves them all; two reads at once used to block for ever."""
     from concurrent.futures import ThreadPoolExecutor

@@ -23,6 +23,7 @@ def frame_of(types: list[str], endian: str = "big") -> dict[str, Any]:
     }
 
 
+@pytest.mark.long
 def test_words_of_any_type_come_back(tmp_path: Path) -> None:
     for seed in range(200):
         rng = np.random.default_rng(seed)

@@ -292,6 +292,7 @@ print(json.dumps(outcomes))
 """
 
 
+@pytest.mark.long
 def test_f4_mutations_of_mat_kill_at_most_the_child(tmp_path: Path) -> None:
     from scipy.io import savemat
 

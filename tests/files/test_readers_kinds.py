@@ -95,6 +95,7 @@ NAMES = (
 )  # fmt: skip
 
 
+@pytest.mark.long
 def test_week_and_time_of_week_are_one_clock(tmp_path: Path) -> None:
     """In either order, among typed rows or alone, with lost rows, and over the end of a week."""
     for seed in range(3 * len(NAMES)):

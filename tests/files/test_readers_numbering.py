@@ -132,6 +132,7 @@ def test_the_same_time_once_more_is_no_channel(factor: float, form: str, tmp_pat
     assert "left out: host (the same time again)" in recording.notes["text"]["guesses"]
 
 
+@pytest.mark.long
 def test_one_unit_for_a_file_is_not_that_of_a_sensor_of_another_kind(tmp_path: Path) -> None:
     """Gravity read in deg/s would be a rate of 9.8 deg/s, with a density to go with it."""
     from scipy.io import savemat

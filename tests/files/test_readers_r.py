@@ -101,6 +101,7 @@ def test_arrays_that_were_left_out_are_of_another_length_only_where_they_are(tmp
     assert left[1].startswith("arrays left out") and "accel" in left[1] and "single" in left[1]
 
 
+@pytest.mark.long
 def test_the_child_reads_and_survives_damage(tmp_path: Path) -> None:
     path = tmp_path / "x.rds"
     whole = rds(frame(COLUMNS))

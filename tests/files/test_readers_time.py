@@ -93,6 +93,7 @@ def test_the_column_that_is_named_is_time(tmp_path: Path, block: int) -> None:
         assert np.array_equal(recording.values(recording.names[0]), columns[0 if place else 1]), seed
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("block", range(2))
 def test_a_counter_goes_on_where_it_begins_anew(tmp_path: Path, block: int) -> None:
     """Any step, any width, the width said or told from the column; lost samples are gaps."""
@@ -122,6 +123,7 @@ def test_a_counter_goes_on_where_it_begins_anew(tmp_path: Path, block: int) -> N
         assert np.isnan(recording.values("v")).sum() == (0 if lost is None else 3), seed
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("block", range(2))
 def test_a_first_column_that_only_grows_is_time_or_asked_about(tmp_path: Path, block: int) -> None:
     """Of a file without names: any unit, even or not, coarse or in bursts, behind row numbers or not."""
@@ -158,6 +160,7 @@ def test_a_first_column_that_only_grows_is_time_or_asked_about(tmp_path: Path, b
     assert told > 10
 
 
+@pytest.mark.long
 def test_arrays_go_with_the_time_of_their_length(tmp_path: Path) -> None:
     for seed in CASES:
         rng = case(3000 + seed)
@@ -357,6 +360,7 @@ def test_rows_out_of_order_are_to_be_sorted_and_a_restart_is_not(
         assert ("--repair keep_run" in advice) == (name == "restarted"), (name, advice)
 
 
+@pytest.mark.long
 def test_a_part_is_cut_by_the_stamps_as_they_are(tmp_path: Path) -> None:
     """Jitter, pauses, lost stamps: the rows between two times, those and no others."""
     for seed in CASES:
@@ -493,6 +497,7 @@ def test_rows_of_several_kinds_are_listed_each_with_its_rate(tmp_path: Path) -> 
         assert chosen.names[0].split("_")[0] in ("GYRO", "gyro", "IMU", "ACC", "accel"), seed
 
 
+@pytest.mark.long
 def test_a_steady_clock_is_called_steady_whatever_the_pauses(tmp_path: Path) -> None:
     """Pauses that end beside the grid: the rate is that of the samples between them, and no drift is said."""
     for seed in CASES:

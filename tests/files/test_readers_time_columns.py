@@ -47,6 +47,7 @@ def date_cells(moment: datetime.datetime, names: tuple[str, ...]) -> list[str]:
     return [f"{n:02d}" for n in (year, moment.month, moment.day)] if names else []
 
 
+@pytest.mark.long
 def test_parts_of_a_date(tmp_path: Path) -> None:
     """Any names, with fractions in the seconds or in columns of their own, over midnights and ends of years."""
     for seed in range(60):
@@ -127,6 +128,7 @@ def test_parts_that_make_no_time_stay_channels(tmp_path: Path) -> None:
 INTERVALS = ("dt", "delta_t", "deltaT", "dT", "time_delta", "period", "Δt", "sample_interval", "delta time")
 
 
+@pytest.mark.long
 def test_intervals_are_time(tmp_path: Path) -> None:
     for seed in range(50):
         rng = np.random.default_rng([43, seed])

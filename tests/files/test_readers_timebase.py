@@ -104,6 +104,7 @@ def test_scattered_dropouts_are_placed_exactly(share: float, rng: np.random.Gene
     assert base.facts["missing"] == np.count_nonzero(~kept)
 
 
+@pytest.mark.long
 def test_exact_stamps_with_losses_are_not_those_of_a_longer_interval() -> None:
     """A few losses of a short log may lie as evenly as the steps that a longer interval leaves out: hardly ever."""
     wrong = 0

@@ -169,6 +169,7 @@ def test_a_channel_does_not_hide_the_rate_of_an_archive(tmp_path: Path) -> None:
         write_recording(named("fs"), tmp_path / "r.npz")
 
 
+@pytest.mark.long
 def test_blocks_are_written_in_their_order(tmp_path: Path) -> None:
     recording = al.Recording.from_rate(
         np.arange(100_000.0), rate=1.0, unit="V"

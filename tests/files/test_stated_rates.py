@@ -43,6 +43,7 @@ def written(value: float, form: str, digits: int) -> str:
     return f"{value:,.{digits}f}".translate(str.maketrans({",": between, ".": point}))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("form", WRITTEN)
 def test_a_rate_in_the_way_of_the_table_is_read(tmp_path: Path, form: str) -> None:
     """With thousands, a fraction, or both; where the table has the same decimal sign."""
@@ -123,6 +124,7 @@ def test_the_sample_rate_wins_over_a_bare_rate(stated: str) -> None:
         assert any("several" in guess for guess in found.guesses)
 
 
+@pytest.mark.long
 def test_sample_rates_that_contradict_each_other_are_asked_about(tmp_path: Path) -> None:
     other = (
         "Accel ODR: 52 Hz",
@@ -258,6 +260,7 @@ def test_a_name_that_is_sure_wins_at_every_door(tmp_path: Path, monkeypatch: pyt
 # -- counts since a moment ---------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_the_unit_before_since_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Attributes as xarray writes them, in files and in memory, and headings of text."""
     monkeypatch.setattr(hdf5, "run", inline)

@@ -14,6 +14,7 @@ CASES = 100  # a fault of 2.3 % of them is found with 90 %
 N = 64
 
 
+@pytest.mark.long
 def test_fields_with_several_numbers_and_fields_of_their_own(tmp_path: Path) -> None:
     for seed in range(CASES):
         rng = np.random.default_rng([20261126, 3, seed])

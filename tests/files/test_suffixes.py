@@ -113,6 +113,7 @@ def beside(path: Path, rows: list[list[str]], gap: str = ",", head: str = "") ->
     return path
 
 
+@pytest.mark.long
 def test_a_unit_in_a_column_of_its_own(tmp_path: Path) -> None:
     """Random units, delimiters, decimal commas, empty cells, headings: it is the unit of the number before it."""
     for seed in range(60):

@@ -47,6 +47,7 @@ def from_rate(y: Any, unit: str = "rad/s", **options: Any) -> Recording:
     return Recording.from_rate(y, rate=8.0, unit=unit, names="gyro", **options)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("smooth", [False, True])
 def test_stated_sd_of_drift_and_level_hold(smooth: bool) -> None:
     """100 records whose drift is known: squares of error over stated sd average to 1 within the 99.9 % bounds."""

@@ -57,6 +57,7 @@ def test_a_right_filter_is_seldom_called_wrong_and_its_intervals_cover_one() -> 
     assert low <= missed <= high
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("noise", "drift", "expected"),
     [
@@ -121,6 +122,7 @@ def test_density_of_the_innovations_is_that_of_theory_in_every_band() -> None:
             assert low - slack < band.ratio.value < high + slack
 
 
+@pytest.mark.long
 def test_a_covariance_is_taken_apart_as_a_whole() -> None:
     rng = np.random.default_rng(8)
     root = np.array([[1.0, 0.0], [0.9, 0.3]])
@@ -130,6 +132,7 @@ def test_a_covariance_is_taken_apart_as_a_whole() -> None:
     assert examine_innovations(2 * e, s, rate=1.0).verdict is InnovationsVerdict.FAILS
 
 
+@pytest.mark.long
 def test_size_over_time_shows_when_it_went_wrong() -> None:
     e = np.random.default_rng(9).standard_normal((10_000, 3))
     e[6000:7000] *= 2.0

@@ -336,6 +336,7 @@ def test_k6_innovations_of_the_right_model_are_consistent(rng: np.random.Generat
     assert found.consistent
 
 
+@pytest.mark.long
 def test_k7_a_variance_wrong_by_ten_is_flagged() -> None:
     """200 records of 1000 samples; at least 99 % of the wrong models are found, and at most 2 % of the right ones."""
     rng, runs, rows = np.random.default_rng(11), 200, 1000

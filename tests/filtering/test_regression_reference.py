@@ -127,6 +127,7 @@ def test_r7_longley() -> None:
     assert lre(fitted(columns, y).coefficients, exact) >= 9
 
 
+@pytest.mark.long
 def test_r7_filip() -> None:
     """A polynomial of tenth order: its columns are one plane to ten digits, and that is what is said of them."""
     x, y = ([Fraction(v) for v in text.split()] for text in (FILIP_X, FILIP_Y))

@@ -167,6 +167,7 @@ def test_channels_are_independent() -> None:
     np.testing.assert_array_equal(alone.values("x"), record.values("x"))
 
 
+@pytest.mark.long
 def test_gauss_markov_starts_stationary() -> None:
     runs, model = 600, NoiseModel.of(GaussMarkov.from_sigma(1.0, 1000.0))
     for sampling in ("mean", "point"):

@@ -466,6 +466,7 @@ def test_truth_goes_through_json() -> None:
     assert set(silent(None).history[-1]) == {"step", "seed", "sampling", "models"}
 
 
+@pytest.mark.long
 def test_long_record_needs_little_memory_beside_its_samples() -> None:
     samples = 8 * 43_200 * 32
     tracemalloc.start()

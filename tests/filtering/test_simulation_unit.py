@@ -423,6 +423,7 @@ def test_means_are_the_means_of_the_values(rate: float) -> None:
         np.testing.assert_allclose(whole, trapezoid, atol=3e-4)  # a corner of the settling inside a step
 
 
+@pytest.mark.long
 def test_accuracy_of_the_quadrature(monkeypatch: pytest.MonkeyPatch) -> None:
     motion = UnitMotion.icosahedron(12, dwell=1.3, settling_angle=0.01, tremor=0.01, sway=0.001)
     course = motion.draw(np.random.SeedSequence(1))
@@ -437,6 +438,7 @@ def test_accuracy_of_the_quadrature(monkeypatch: pytest.MonkeyPatch) -> None:
                 np.testing.assert_allclose(ours, best, atol=1e-8)
 
 
+@pytest.mark.long
 def test_a_long_record_needs_little_memory_beside_its_samples() -> None:
     tracemalloc.start()
     record = silent(UnitMotion.rotation(0.1, 7200.0), rate=50.0)

@@ -46,6 +46,7 @@ def perfect(model: NoiseModel, n: int = 200_000, rate: float = 10.0) -> al.Allan
     return replace(zero, deviation=np.sqrt(model.avar_sampled(zero.lags, zero.dt))[:, None])
 
 
+@pytest.mark.long
 def test_a_covariance_knows_of_terms_that_are_not_resolved() -> None:
     """A walk that is there and not resolved bends sigma and T: their standard deviations are those of their sets."""
     truth = NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(4e-4, 5.0), RandomWalk(K=3e-6))
@@ -128,6 +129,7 @@ def test_c13_known_terms_are_recovered(
     assert missed <= 2
 
 
+@pytest.mark.long
 def test_gauss_markov_is_told_from_flicker_when_the_record_is_long() -> None:
     truth = NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(1e-4, 50.0))
     model = fitted(truth, rate=8.0, duration=40_000.0, seed=1)
@@ -137,6 +139,7 @@ def test_gauss_markov_is_told_from_flicker_when_the_record_is_long() -> None:
         assert e is not None and e.supported and e.lower < value < e.upper
 
 
+@pytest.mark.long
 def test_undecided_families_are_both_shown() -> None:
     truth = NoiseModel.of(White(N=1e-4), Flicker(B=5e-5))
     model = fitted(truth, rate=8.0, duration=1200.0, seed=0)
@@ -145,12 +148,14 @@ def test_undecided_families_are_both_shown() -> None:
     assert "cannot distinguish flicker" in model.verdict
 
 
+@pytest.mark.long
 def test_flicker_is_kept_when_the_record_is_long() -> None:
     truth = NoiseModel.of(White(N=1e-4), Flicker(B=5e-5))
     model = fitted(truth, rate=8.0, duration=200_000.0, seed=3)
     assert model.family == "flicker" and model.alternative is None
 
 
+@pytest.mark.long
 def test_units_do_not_matter() -> None:
     """Scaling the samples by 1e-8 scales the answer, and so does another time unit."""
     y = np.random.default_rng(5).standard_normal(100_000)
@@ -166,6 +171,7 @@ def test_units_do_not_matter() -> None:
         assert b.upper == pytest.approx(a.upper * 1e-8, rel=1e-3)
 
 
+@pytest.mark.long
 def test_the_objective_has_its_minimum_on_a_perfect_curve() -> None:
     model = NoiseModel.of(White(N=1.0), Flicker(B=0.2), RandomWalk(K=0.01))
     curve = perfect(model)
@@ -201,6 +207,7 @@ def test_prediction_reaches_the_published_bound() -> None:
         assert bound * 0.99 < sd[symbol] < bound * 1.02
 
 
+@pytest.mark.long
 def test_advice_says_how_long() -> None:
     model = fitted(NoiseModel.of(White(N=1e-4), RandomWalk(K=1e-5)), rate=20.0, duration=2000.0, seed=1)
     advice = {a.symbol: a for a in advise(model, n_samples=40_000, dt=0.05)}
@@ -319,6 +326,7 @@ def test_model_json_keeps_the_estimates() -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("n", [32, 40, 64])
 def test_short_records_are_fitted_or_refused_never_a_crash(n: int) -> None:
     for seed in range(3):
@@ -331,6 +339,7 @@ def test_short_records_are_fitted_or_refused_never_a_crash(n: int) -> None:
         assert n_ is not None and n_.upper > 0
 
 
+@pytest.mark.long
 def test_what_is_no_noise_is_refused() -> None:
     t = np.arange(40_000) / 10.0
     y = np.random.default_rng(1).standard_normal(len(t)) + 5.0 * np.sin(2 * np.pi * 0.01 * t)

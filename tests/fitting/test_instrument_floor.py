@@ -192,6 +192,7 @@ def test_the_fit_finds_the_sensor_and_its_error_is_that_of_a_difference() -> Non
     assert abs(float(np.mean(found)) - 1.0) < 4.0 * first_lag / math.sqrt(records)
 
 
+@pytest.mark.long
 def test_a_sensor_that_is_not_there_is_not_found() -> None:
     for seed in range(3):
         rng = np.random.default_rng([7, seed])
@@ -202,6 +203,7 @@ def test_a_sensor_that_is_not_there_is_not_found() -> None:
         assert 0 < n.upper < 0.5 * 7e-5 / math.sqrt(RATE)
 
 
+@pytest.mark.long
 def test_a_floor_too_short_for_slow_noise_leaves_it_open() -> None:
     """The instrument's own walk is not known beyond its record, so the measured one may be either's."""
     rng = np.random.default_rng(1)
@@ -229,6 +231,7 @@ def test_a_floor_of_no_use_is_refused(rng: np.random.Generator) -> None:
 # -- a study, and the command line --------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_study_shows_both_and_models_the_sensor_alone(
     rng: np.random.Generator, run: Run, tmp_path: Path
 ) -> None:
@@ -260,6 +263,7 @@ def test_a_study_shows_both_and_models_the_sensor_alone(
     assert channel.floor is not None and len(rows) == channel.floor.sensor.tau.size
 
 
+@pytest.mark.long
 def test_allan_and_fit_take_the_floor_of_a_log(rng: np.random.Generator, run: Run, tmp_path: Path) -> None:
     sensor, floor = take(rng, 4096, 0.004, 7e-5)
     paths = [tmp_path / name for name in ("gyro.csv", "short.csv")]

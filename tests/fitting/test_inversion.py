@@ -27,6 +27,7 @@ def counted(loss: Callable[[float], float]) -> tuple[Callable[[float], float], l
     return counting, asked
 
 
+@pytest.mark.long
 @settings(max_examples=300, deadline=None)
 @given(
     place=st.floats(-12, 12),

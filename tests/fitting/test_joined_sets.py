@@ -56,7 +56,7 @@ def fitted(recording: al.Recording, method: str) -> NoiseModel:
 
 
 @pytest.mark.parametrize(
-    "method", ["moments", "likelihood", pytest.param("spectral", marks=pytest.mark.long)]
+    "method", ["moments", *(pytest.param(m, marks=pytest.mark.long) for m in ("likelihood", "spectral"))]
 )
 @pytest.mark.parametrize("sensor", SENSORS)
 @pytest.mark.parametrize("duration", [300.0, pytest.param(900.0, marks=pytest.mark.long)])

@@ -82,6 +82,7 @@ def test_a_short_record_has_its_exact_density(term: int, missing: float, samplin
     assert o.value(point(o, c, 0.004)) == pytest.approx(dense(y, ALL, c, sampling, 0.004), rel=1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sampling", SAMPLINGS)
 def test_a_longer_record_has_it_nearly(sampling: str) -> None:
     # differences between models count; chance alone moves them by sqrt(2 x information)
@@ -292,6 +293,7 @@ def test_the_composite_reaches_the_bound_of_the_whole_record(
     assert said / spread == pytest.approx(1.0, abs=SLOPE[top])
 
 
+@pytest.mark.long
 def test_the_exact_engine_moves_the_composite_by_a_part_of_its_error() -> None:
     y = series(32 * 30, 8)
     record = Recording.from_rate(y, rate=2.0, unit="rad/s")

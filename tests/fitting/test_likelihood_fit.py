@@ -64,6 +64,7 @@ def test_recovers_every_term_within_its_stated_error(letters: str, model: NoiseM
     assert [t.type for t in found.terms] == [t.type for t in model.terms]
 
 
+@pytest.mark.long
 def test_two_gauss_markov_terms() -> None:
     model = NoiseModel.of(
         White(N=2e-5), GaussMarkov.from_sigma(1e-4, 3.0), GaussMarkov.from_sigma(1e-4, 150.0)
@@ -97,6 +98,7 @@ def test_a_line_is_found_with_frequency_amplitude_and_phase() -> None:
     assert_within(found.parameters["N"], 1e-4, 3.5, variances["N"])
 
 
+@pytest.mark.long
 def test_lines_come_with_intervals_of_rife_and_boorstyn() -> None:
     """Amplitude sd sqrt(2/T) N, frequency sd sqrt(6/T^3) N/(pi A) in white noise; what is not there is a limit."""
     n, duration, size = 1e-4, 2000.0, 2e-5
@@ -120,6 +122,7 @@ def test_more_terms_are_never_less_likely() -> None:
     assert (np.diff(values) > -1e-3).all()
 
 
+@pytest.mark.long
 def test_a_correlation_time_at_its_longest_does_not_stop_the_climb() -> None:
     """Where a random walk is wanted, a Gauss-Markov term goes to the longest time, and the others to their best."""
     model = NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(1e-4, 10.0), RandomWalk(K=3e-5))
@@ -142,6 +145,7 @@ def test_a_correlation_time_at_its_longest_does_not_stop_the_climb() -> None:
 # -- invariance -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_rescaled_samples_rescale_the_result() -> None:
     y = record(WALK, duration=1000.0)
     samples = y.values(y.names[0])
@@ -237,6 +241,7 @@ def test_given_terms_all_have_their_sets() -> None:
         al.fit(noise, terms="NX")
 
 
+@pytest.mark.long
 def test_c14_white_noise_alone_leaves_upper_limits() -> None:
     model = al.fit(record(NoiseModel.of(White(N=1e-4)), duration=2000.0, seed=14))
     assert [t.type for t in model.terms] == ["white"]
@@ -252,6 +257,7 @@ def test_c14_white_noise_alone_leaves_upper_limits() -> None:
     assert model.verdict.startswith("By maximum likelihood")
 
 
+@pytest.mark.long
 def test_a_ramp_is_supported_with_its_set() -> None:
     model = al.fit(record(NoiseModel.of(White(N=1e-4), Ramp(R=1e-8)), duration=3600.0, seed=3))
     e = model.estimate("R")
@@ -319,6 +325,7 @@ def test_refusals_say_what_to_do() -> None:
         al.fit(Recording.from_rate(np.full(1000, np.nan), rate=1.0, unit="rad/s"))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 def test_the_exact_engine_finds_its_terms_itself(seed: int) -> None:
     """Terms that are left out on the way have no part in what the exact likelihood adds."""
@@ -332,6 +339,7 @@ def test_the_exact_engine_finds_its_terms_itself(seed: int) -> None:
     )
 
 
+@pytest.mark.long
 def test_fit_takes_lines_from_the_command_line(run: Run, tmp_path: Path) -> None:
     model = NoiseModel.of(White(N=1e-4), Sinusoid(amplitude=5e-5, frequency=1.3))
     path = tmp_path / "line.npy"

@@ -56,6 +56,7 @@ def test_intervals_hold_the_truth_however_few_periods(periods: float, gaps: bool
     assert (hits >= low).all() and (hits <= high).all()
 
 
+@pytest.mark.long
 def test_each_line_is_what_it_is_alone() -> None:
     found = al.fit(rates(two_lines()), terms="N", lines=[0.3, 20.0])
     for tag, frequency in (("", 0.3), ("_2", 20.0)):
@@ -202,6 +203,7 @@ def test_a_line_near_half_the_sample_rate_is_no_quantization(by_curve: bool) -> 
     assert claimed <= binom.isf(1e-4, looked, 0.05)
 
 
+@pytest.mark.long
 def test_selection_keeps_a_line_of_few_periods() -> None:
     (kept,) = select(rates(two_lines()), lines=[0.3]).lines
     assert kept.kept and kept.frequency == pytest.approx(0.3, abs=0.003)

@@ -109,6 +109,7 @@ def test_reach_is_the_share_of_the_way() -> None:
     np.testing.assert_allclose(reach(curves, start, end), [0.0, 0.5, 1.0, 2.0])
 
 
+@pytest.mark.long
 def test_likelihood_is_that_of_the_fit(record: tuple[AllanCurve, NoiseModel]) -> None:
     """Without a ramp, differences of the log density are those of the objective at its own weights, less the prior."""
     curve, _ = record

@@ -31,6 +31,7 @@ FITS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("frequency", [0.03, 0.0713, 0.31, 0.497])
 @pytest.mark.parametrize("fitted", FITS.values(), ids=FITS)
 def test_a_line_that_nobody_named_takes_nothing_from_white_noise(fitted, frequency):
@@ -44,6 +45,7 @@ def test_a_line_that_nobody_named_takes_nothing_from_white_noise(fitted, frequen
     assert "findings" not in found.goodness
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["likelihood", "spectral"])
 def test_a_line_that_is_no_sinusoid_is_named(method):
     rng = np.random.default_rng(1)
@@ -57,6 +59,7 @@ def test_a_line_that_is_no_sinusoid_is_named(method):
     assert "findings" not in al.fit(recorded(y), method=method, screen=False).goodness
 
 
+@pytest.mark.long
 def test_findings_that_are_known_are_not_looked_for_again(monkeypatch):
     y = np.random.default_rng(1).standard_normal(N_SAMPLES)
     y[1000:1200] = y[1000]
@@ -67,6 +70,7 @@ def test_findings_that_are_known_are_not_looked_for_again(monkeypatch):
     assert "findings" not in al.fit(record, screen=()).goodness
 
 
+@pytest.mark.long
 def test_lines_beside_those_that_are_asked_for_are_named():
     y = np.random.default_rng(1).standard_normal(N_SAMPLES) + line(0.21) + line(0.33)
     assert "findings" not in al.fit(recorded(y), lines=[0.21, 0.33]).goodness
@@ -78,6 +82,7 @@ def test_lines_beside_those_that_are_asked_for_are_named():
     assert "These lines stay in the record: 0.21 Hz and 0.33 Hz." in none.verdict
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fitted", [al.fit, al.select], ids=["fit", "select"])
 def test_a_line_hides_no_other_slope(fitted):
     """Beside f^-1.3 neither flicker nor a walk is shown, and the range of slopes is said, with a line as without."""

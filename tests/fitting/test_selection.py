@@ -48,6 +48,7 @@ def test_prices_are_the_one_percent_points_of_absent_terms() -> None:
     assert 0.5 * chi2.sf(PRICE["G"] - PRICE["K"], 1) == pytest.approx(0.01, rel=2e-3)
 
 
+@pytest.mark.long
 def test_an_absent_walk_gains_half_a_chi_square() -> None:
     gains = []
     for seed in range(40):
@@ -110,6 +111,7 @@ def test_sets_one_step_away() -> None:
     assert named(("N",)) == "white noise"
 
 
+@pytest.mark.long
 def test_unit_and_sign_do_not_matter(walking: Selection) -> None:
     y = walking.recording.values(walking.recording.names[0])
     other = select(Recording.from_rate(-1e-7 * y, rate=1.0, unit="rad/s"))
@@ -139,6 +141,7 @@ def test_verdict_names_terms_and_rivals(walking: Selection) -> None:
 # -- lines ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_line_is_a_term_if_it_pays() -> None:
     found = select(with_line(0.2), lines=[0.1234, 0.31])
     (kept, left_out) = found.lines

@@ -125,6 +125,7 @@ def test_no_maximum_lies_below_that_of_fewer_terms(seed) -> None:
                 assert high.log_likelihood >= low.log_likelihood - 1e-6, (fewer, letters)
 
 
+@pytest.mark.long
 def test_flicker_is_not_supported_where_the_density_is_that_of_another_power_law() -> None:
     supported, other_laws = 0, 0
     for seed in range(6):
@@ -139,6 +140,7 @@ def test_flicker_is_not_supported_where_the_density_is_that_of_another_power_law
     assert other_laws >= 3 and supported == 0
 
 
+@pytest.mark.long
 def test_a_selection_says_what_else_explains_its_slow_noise() -> None:
     rng = np.random.default_rng(5)
     chosen = select(recorded(rng.standard_normal(28_800) + power_law(rng, 28_800, 200.0**-1.3, 1.3)))
@@ -179,6 +181,7 @@ def test_a_study_shows_both_white_noises() -> None:
     assert words.startswith(f"gyro: N is {np.degrees(white.value) * 60:.1f}") and "deg/√h" in words
 
 
+@pytest.mark.long
 def test_a_study_of_two_gauss_markov_terms_is_whole(tmp_path) -> None:
     rng = np.random.default_rng(3)
     samples = 0.5 * rng.standard_normal(115_200)

@@ -113,6 +113,7 @@ def test_whittle_of_white_and_walk_is_the_exact_likelihood() -> None:
     np.testing.assert_allclose(np.diff(found), np.diff(dense), rtol=1e-9)
 
 
+@pytest.mark.long
 def test_maximum_is_one_and_scaling_the_record_scales_it_exactly() -> None:
     record = simulated(MIXED, 20_000)
     scaled = Recording.from_rate(record.values("x") * 2.0**-30, rate=RATE, unit="rad/s", names="x")
@@ -157,6 +158,7 @@ def test_c14_white_noise_alone_gives_limits_for_the_rest() -> None:
     assert model.verdict == "The record supports white noise."
 
 
+@pytest.mark.long
 def test_two_gauss_markov_terms_in_one_sum() -> None:
     two = NoiseModel.of(White(N=1e-3), GaussMarkov.from_sigma(4e-3, 0.8), GaussMarkov.from_sigma(3e-3, 60.0))
     model = fit_spectral(simulated(two, 100_000, seed=3), terms="NGG")
@@ -175,6 +177,7 @@ def test_a_ramp_is_found_with_its_size() -> None:
     assert any(t.type == "ramp" for t in model.terms)
 
 
+@pytest.mark.long
 def test_b15_gaps_widen_the_sets_and_shift_nothing() -> None:
     y = simulated(MIXED, 60_000, seed=8).values("x").copy()
     whole = fit_spectral(Recording.from_rate(y, rate=RATE, unit="rad/s", names="x"), terms="NGK")
@@ -350,6 +353,7 @@ def test_the_size_of_a_disagreement_is_its_largest_factor(
     assert parted.size == pytest.approx(size)
 
 
+@pytest.mark.long
 def test_a_hump_that_the_curve_averages_is_a_finding() -> None:
     """Band-limited noise that is neither a line nor a term: the finding says where the density is another."""
     rng, n = np.random.default_rng(12), 80_000

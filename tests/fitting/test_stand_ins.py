@@ -156,6 +156,7 @@ def test_a_drift_holds_over_the_record_only(method):
     assert "R is the drift over these 5.56 h: an oscillation with a longer period looks the same" in words
 
 
+@pytest.mark.long
 def test_a_curve_does_not_tell_quantization_from_a_line_near_half_the_rate():
     n = 20_000
     y = np.random.default_rng(7).standard_normal(n) + 0.4 * np.sin(2 * np.pi * 0.497 * np.arange(n))

@@ -221,6 +221,7 @@ def test_u14_taking_a_line_off_takes_the_walk_with_it() -> None:
         assert detrended_ratio(400, 400 // part) == pytest.approx(published, rel=0.03)
 
 
+@pytest.mark.long
 def test_u14_a_ramp_is_a_term_and_the_walk_stays(rng: np.random.Generator) -> None:
     """The curve keeps all of the walk at a quarter of the record, and a ramp beside it is named, not taken off."""
     n, records = 400, 400

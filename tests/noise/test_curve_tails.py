@@ -86,6 +86,7 @@ def test_it_goes_with_its_channel_and_through_a_file(tmp_path: Path, rng: np.ran
         AllanCurve.from_csv(tmp_path / "bad.csv")
 
 
+@pytest.mark.long
 def test_a_fit_of_the_curve_holds_the_tails_where_white_noise_is_the_most(rng: np.random.Generator) -> None:
     """The relative variance of N^2 grows by the kurtosis over the samples."""
     n = 20_000

@@ -198,6 +198,7 @@ def test_tail_of_the_averaged_periodogram(segments: int, merged: int, rng: np.ra
     assert np.std(bins) == pytest.approx(law.deviation, rel=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("below", [0, 1])
 @pytest.mark.parametrize("segments", [7, 30])
 def test_tail_at_half_the_sample_rate(segments: int, below: int, rng: np.random.Generator) -> None:

@@ -350,6 +350,7 @@ def slowness() -> Any:
     )
 
 
+@pytest.mark.long
 @slowness()
 def test_what_is_put_back_is_what_bridging_took(model: NoiseModel) -> None:
     """Random holes: by distance, and as an autocovariance would, against the samples that were missing."""
@@ -408,6 +409,7 @@ def test_density_with_random_holes_is_that_without(model: NoiseModel, share: flo
     assert scatter[-1] < 0.1
 
 
+@pytest.mark.long
 def test_an_autocovariance_that_is_none_is_made_one() -> None:
     """Every second sample is there, and one of five of the others: odd distances are known from few pairs."""
     rng, largest = np.random.default_rng(15), 0.0

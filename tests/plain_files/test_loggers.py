@@ -67,6 +67,7 @@ def test_details_of_one_room_are_for_who_asks_for_them(log: Path, caplog: pytest
     assert "clock line: {'source': " in clock.getMessage() and "'missing': 100" in clock.getMessage()
 
 
+@pytest.mark.long
 def test_a_program_that_does_not_ask_reads_nothing(log: Path) -> None:
     code = f"import allanite as al; al.characterize(al.read({str(log)!r}))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -155,6 +155,7 @@ print(json.dumps(found))
 """
 
 
+@pytest.mark.long
 def test_no_command_waits_for_a_pipe_or_reads_a_device(place: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", _COMMANDS],

@@ -191,6 +191,7 @@ def test_triad_meets_its_first_direction_and_quest_shares_out(rng: np.random.Gen
     assert np.abs(quest(seen, known, [1.0, 1.0]) - exact).max() > 1e-3
 
 
+@pytest.mark.long
 def test_covariances_of_triad_and_quest_are_those_of_theory(rng: np.random.Generator) -> None:
     """Shuster and Oh (1981); 2000 draws give a variance to 3.2 %."""
     count, sds = 2000, np.array([1e-3, 3e-3])

@@ -116,6 +116,7 @@ def test_the_interval_covers_scale_and_noise_together(rng: np.random.Generator) 
     assert 930 <= inside <= 970 and alone < 700
 
 
+@pytest.mark.long
 def test_it_enters_every_fit_and_stays_apart(rng: np.random.Generator) -> None:
     y = 1e-3 * rng.standard_normal(4000)
     plain, sure = (

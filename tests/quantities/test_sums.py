@@ -7,6 +7,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 SCRIPT = """
 import hashlib
 import numpy as np
@@ -29,6 +31,7 @@ print(hashlib.sha256(spectrum.edf.tobytes()).hexdigest())
 """
 
 
+@pytest.mark.long
 def test_digits_do_not_depend_on_threads() -> None:
     printed = []
     for threads in ("1", "2"):

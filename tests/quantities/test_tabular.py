@@ -129,6 +129,7 @@ def test_a_curve_is_a_table_of_channels_and_lags(recording: al.Recording) -> Non
     assert repr(curve).startswith("<AllanCurve oadev of gyro_x, gyro_y:")
 
 
+@pytest.mark.long
 def test_a_study_is_a_table_of_its_coefficients(recording: al.Recording) -> None:
     study = al.characterize(recording)
     frame = study.to_frame()

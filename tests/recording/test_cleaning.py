@@ -242,6 +242,7 @@ def twice(rng: np.random.Generator, folder: Path, same: bool) -> Path:
     return place
 
 
+@pytest.mark.long
 def test_rows_written_twice_stand_once_and_the_log_is_no_longer_refused(
     rng: np.random.Generator, tmp_path: Path
 ) -> None:
@@ -253,6 +254,7 @@ def test_rows_written_twice_stand_once_and_the_log_is_no_longer_refused(
     assert codes(fixed) <= {"repaired"}
 
 
+@pytest.mark.long
 def test_stamps_that_repeat_without_their_values_stay_refused(
     rng: np.random.Generator, tmp_path: Path
 ) -> None:
@@ -313,6 +315,7 @@ def test_two_names_are_exchanged_and_the_samples_stay(rng: np.random.Generator) 
 # -- the command line -------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_repaired_log_is_studied_and_converted_and_both_say_so(
     run: Run, rng: np.random.Generator, tmp_path: Path
 ) -> None:

@@ -199,6 +199,7 @@ def test_what_is_not_known_is_asked_for(words: str, tmp_path: Path) -> None:
         refused()[words](path)
 
 
+@pytest.mark.long
 def test_terms_have_the_names_of_time_and_frequency(tmp_path: Path, run: Run) -> None:
     rng = np.random.default_rng(4)
     x = 1e-10 * rng.standard_normal(8001) + 3e-12 * np.concatenate(

@@ -305,6 +305,7 @@ def test_clean_noise_raises_no_alarm() -> None:
     assert len(alarms) <= binomial_bound(trials, DESIGNED), [f"{n} {s}: {f}" for n, s, f in alarms]
 
 
+@pytest.mark.long
 def test_a_long_clean_record_raises_no_alarm() -> None:
     rng = np.random.default_rng(7)
     n = 1_500_000

@@ -166,6 +166,7 @@ def test_b6_clipped_on_one_side_only(rng: np.random.Generator) -> None:
     assert "smallest" not in finding.message
 
 
+@pytest.mark.long
 def test_b6_clipped_at_five_sigma_is_flagged() -> None:
     n = 8_000_000  # 2.3 samples beyond each side are expected; this seed has 4 and 3
     samples = np.random.default_rng(3).standard_normal(n)
@@ -401,6 +402,7 @@ def test_class_3_two_sensors_with_one_level_and_two_noises(rng: np.random.Genera
     assert "ratio" in finding.message
 
 
+@pytest.mark.long
 def test_rounded_white_noise_does_not_alternate() -> None:
     """By chance 4e-6 of records; the squares of differences on steps are 0, 1 or 4 of them."""
     for seed, step in itertools.product(range(9), (0.5, 0.6, 1.0)):
@@ -536,6 +538,7 @@ def test_a_stretch_of_half_the_noise(rng: np.random.Generator) -> None:
     assert finding.count > 8000
 
 
+@pytest.mark.long
 def test_noise_that_grows_is_said_beside_a_window_that_is_low() -> None:
     """Of two halves a few windows of the quiet one may have half the usual power: that does not say it all."""
     low = 0

@@ -61,6 +61,7 @@ def test_too_much_noise_is_asked_about_in_words_that_fit_the_unit(
     assert f"--unit gx={label}" not in trap.advice and "--unit gx=LSB" in trap.advice
 
 
+@pytest.mark.long
 def test_steps_of_no_known_range_raise_no_alarm() -> None:
     """Any step of eight decades agrees by chance in 17 x 2e-4/ln(10)/8 = 2e-4 of records."""
     rng = np.random.default_rng(20261121)
@@ -113,6 +114,7 @@ def test_a_clock_that_wanders_says_how_far_samples_lie_from_their_stamps(rng: np
     assert "wanders" in clock.message
 
 
+@pytest.mark.long
 def test_honest_stamps_raise_no_alarm() -> None:
     """Jitter, bursts of a host and coarse stamps of an even clock: never more than chance, 1e-6 a record."""
     rng = np.random.default_rng(20261121)
@@ -130,6 +132,7 @@ def test_honest_stamps_raise_no_alarm() -> None:
     assert not alarms
 
 
+@pytest.mark.long
 def test_records_of_few_values_are_looked_through_whatever_their_size() -> None:
     """Mostly one value, or values at the ends of the range of float64: no scale that is divided by may be 0."""
     rng = np.random.default_rng(1)

@@ -122,6 +122,7 @@ def test_a_sensor_whose_clock_drifts_is_followed(rng: np.random.Generator) -> No
     assert np.isfinite(once.values("signal")).all()
 
 
+@pytest.mark.long
 def test_curves_of_two_rates_are_two_files(rng: np.random.Generator, tmp_path: Path) -> None:
     parts = [held(rng, 4000, rate, 0.2)[0] for rate in (31.0, 63.0)]
     study = al.characterize(

@@ -30,6 +30,7 @@ def hints(recording: Recording) -> list[Finding]:
     return [f for f in check(recording) if f.code == "raw_counts"]
 
 
+@pytest.mark.long
 def test_gravity_tells_the_scale_factor_of_an_accelerometer() -> None:
     for seed in range(200):
         rng = np.random.default_rng(seed)

@@ -156,6 +156,7 @@ def test_a_node_is_the_regression() -> None:
     assert moved[TEMPERATURE] == pytest.approx(c[TEMPERATURE] + 2 * r * c[QUADRATIC], rel=1e-6)
 
 
+@pytest.mark.long
 def test_the_noise_is_found_beside_the_effect() -> None:
     """White noise to 4 standard errors of 500 samples, whether the temperature acts or not."""
     for slope in (0.0, 100 * SLOPE):
@@ -220,6 +221,7 @@ def test_hysteresis_is_told_from_a_lag() -> None:
     assert any("not removed" in words for words in found.advice)
 
 
+@pytest.mark.long
 def test_a_temperature_that_goes_with_time_is_no_drift_of_the_sensor() -> None:
     """A line in time cannot be told from a drift; nothing is taken off, and it is said what would help."""
     record = twin(swing=0.0, drift=10 / LENGTH, coefficient=10 * SLOPE, noise=0.001)
@@ -264,6 +266,7 @@ def test_a_thermometer_keeps_its_unit(unit: str, scale: float, si: str) -> None:
     assert isinstance(table, TableBlock) and f"deg/h/{si or 'unit'}" in table.rows[0][0][1].text
 
 
+@pytest.mark.long
 def test_a_noisy_thermometer_is_told() -> None:
     """Noise as large as a tenth of the swing, in blocks: the coefficient is too small by less than is said."""
     found = regress_environment(twin(seed=8, noise=8.0, coefficient=20 * SLOPE), temperature="temp")
@@ -275,6 +278,7 @@ def test_a_noisy_thermometer_is_told() -> None:
 # -- warm-up ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_a_random_walk_is_no_warm_up() -> None:
     """Of 4 strong walks at most 2 may pass for one: 5 % of chance make 3 in one of 2000 cases."""
     walk = NoiseModel.of(White(N=20 * DEG_H), RandomWalk(K=1.0 * DEG_H))
@@ -310,6 +314,7 @@ def test_an_empty_recording_is_refused() -> None:
 # -- residual --------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_the_residual_is_made_as_it_is_read(found: EnvironmentEstimate) -> None:
     """Block by block the same, with gaps where they were, integers and units as they were written."""
     record = twin(seed=4, warm_up=(150 * DEG_H, LENGTH / 12))
@@ -431,6 +436,7 @@ def test_one_thermometer_for_each_sensor() -> None:
         regress_environment(record, channel="gx", temperature="gy")
 
 
+@pytest.mark.long
 def test_one_cut_for_all_sensors() -> None:
     record = twin(seed=12, coefficient=0.0, warm_up=(200 * DEG_H, LENGTH / 15))
     still = twin(seed=13, coefficient=0.0)
@@ -451,6 +457,7 @@ def study() -> al.Study:
     )
 
 
+@pytest.mark.long
 def test_a_study_says_whose_noise_it_is(study: al.Study) -> None:
     found = study["gyro"].environment
     assert found is not None and found.verdict == "resolved"
@@ -481,6 +488,7 @@ def test_reports_and_figures(study: al.Study, found: EnvironmentEstimate) -> Non
 # -- command line ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_the_command_says_what_the_library_says(run: Run, tmp_path: Path) -> None:
     """M13; and a column that is no temperature is refused with what to do."""
     record = twin(seed=20).window(0, 300 / RATE_HZ)
@@ -526,6 +534,7 @@ def test_f10_a_channel_names_no_place_outside_of_the_folder(run: Run, tmp_path: 
 # -- a warm-up that nobody asked about ------------------------------------------------------------------------
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize(("slow", "walk"), [(0.0, 0.0), (0.0, 1e-4), (1e-4, 3e-5)])
 def test_characterize_reports_a_warm_up_and_takes_no_slow_noise_for_one(

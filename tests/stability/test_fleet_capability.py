@@ -72,6 +72,7 @@ def test_the_interval_covers_the_share_and_the_index():
     assert np.all((low <= covered) & (covered <= high)), covered
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("factor", "verdict"),
     [
@@ -92,6 +93,7 @@ def test_a_verdict_follows_from_the_interval(factor, verdict):
     assert (made.coefficients[0].tolerance[1] < capability.limit) or verdict is not CapabilityVerdict.MEETS
 
 
+@pytest.mark.long
 def test_documents_without_limits_are_read_as_before():
     made = describe_fleet(fleet_table(symbols=("N",)))
     assert made.capability_verdict is None and made.capability_reason == ""

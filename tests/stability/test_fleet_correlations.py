@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy import stats
 
 from allanite.stability.fleet.correlations import correlated_pairs
@@ -11,6 +12,7 @@ from allanite.stability.fleet.correlations import correlated_pairs
 NAMES = [(f"gyro_{axis}", symbol) for axis in "xyz" for symbol in "NB"]
 
 
+@pytest.mark.long
 def test_any_false_pair_is_as_rare_as_stated():
     rng, fleets = np.random.default_rng(1), 300
     false = sum(bool(correlated_pairs(NAMES, rng.standard_cauchy((30, 6)), 0.95)[0]) for _ in range(fleets))
@@ -18,6 +20,7 @@ def test_any_false_pair_is_as_rare_as_stated():
     assert false >= stats.binom.ppf(0.0005, fleets, 0.035)  # Holm among 15 pairs is not much more careful
 
 
+@pytest.mark.long
 def test_intervals_cover():
     rng, fleets, rho = np.random.default_rng(2), 1000, 0.7
     covered = 0

@@ -28,6 +28,7 @@ def area(d, values):
     return float(np.trapezoid(values, np.log(d.x)))
 
 
+@pytest.mark.long
 def test_exact_units_lie_on_their_population_and_outside_it_where_they_do():
     rng = np.random.default_rng(5)
     x = np.append(rng.normal(0.0, 0.1, 200), 1.0)
@@ -60,6 +61,7 @@ def test_a_unit_with_an_upper_limit_is_the_population_below_it():
     assert area(with_limits, with_limits.units) == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.long
 def test_repeats_of_a_unit_are_one_unit():
     rng = np.random.default_rng(7)
     true = np.repeat(rng.normal(0.0, 0.3, 40), 3)

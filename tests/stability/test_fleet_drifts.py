@@ -31,6 +31,7 @@ def logs_of(x, years, *, limits=()):
     return dated_logs(design, Draws(posterior_of(design)), np.tile(years, units), None)
 
 
+@pytest.mark.long
 def test_slopes_of_normal_logs_are_those_of_least_squares():
     rng = np.random.default_rng(4)
     years = np.array([0.0, 0.3, 1.1, 2.0])

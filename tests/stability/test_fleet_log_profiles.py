@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from allanite.filtering.simulation import simulate
 from allanite.noise import NoiseModel, Ramp, RandomWalk, White
@@ -20,6 +21,7 @@ def profiles(*terms, seed):
     return profiles_of(record.series(channel), 0.95)
 
 
+@pytest.mark.long
 def test_records_of_one_walk_agree_with_it_together():
     """The pooled loss of twenty records at the truth is that of their number: no pull by a ramp that is not there."""
     truth = np.array([np.log(4e-5)])

@@ -49,6 +49,7 @@ def design(profiles, unit=None, lot=None, covariates=None):
 # -- profiles ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_what_a_profile_says_beside_an_expectation_is_its_integral():
     rng = np.random.default_rng(1)
     knots = np.vstack(
@@ -90,6 +91,7 @@ def test_straight_profiles_are_normal_densities():
 # -- evidence ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_evidence_of_censored_units_is_the_integral_of_each():
     """One log a unit: differences of the evidence between scales, every unit by quadrature, the middle by Laplace."""
     rng = np.random.default_rng(5)
@@ -208,6 +210,7 @@ def test_posterior_without_uncertainty_is_students_and_chi_squares():
     assert p.mode.location[0] == pytest.approx(x.mean(), abs=1e-6)
 
 
+@pytest.mark.long
 def test_a_large_fleet_is_climbed_in_a_part_of_it():
     rng = np.random.default_rng(3)
     n = 6000
@@ -256,6 +259,7 @@ def test_a_bent_profile_far_off_is_as_far_as_its_best_value():
     assert far.p[7] == far.p.min()
 
 
+@pytest.mark.long
 def test_a_unit_of_one_of_two_lots_stands_out_as_it_would_alone():
     """Two lots leave the spread between lots open, not what a unit of either lot is expected to be."""
     rng = np.random.default_rng(18)
@@ -300,6 +304,7 @@ def table(rng, units=60, *, lots=1, temperature=0.0, outlier=None, symbol="N"):
     )
 
 
+@pytest.mark.long
 def test_the_unit_that_stands_out_is_named_and_the_document_comes_back():
     result = describe_fleet(table(np.random.default_rng(2), outlier=7))
     assert result.verdict is FleetVerdict.STAND_OUT
@@ -308,6 +313,7 @@ def test_the_unit_that_stands_out_is_named_and_the_document_comes_back():
     assert FleetPopulation.from_json(result.to_json()).to_json() == result.to_json()
 
 
+@pytest.mark.long
 def test_logs_in_which_the_unit_was_turned_are_left_out_and_named():
     rows = table(np.random.default_rng(8), outlier=3)
     turned = np.array(rows["log"].to_pylist()) == rows["log"][3].as_py()
@@ -321,6 +327,7 @@ def test_logs_in_which_the_unit_was_turned_are_left_out_and_named():
         describe_fleet(rows.append_column("findings", pa.array([["motion"]] * 60)))
 
 
+@pytest.mark.long
 def test_an_effect_of_temperature_has_its_interval_and_the_middle_its_reference():
     result = describe_fleet(table(np.random.default_rng(6), 200, temperature=0.02))
     (c,) = result.coefficients
@@ -332,6 +339,7 @@ def test_an_effect_of_temperature_has_its_interval_and_the_middle_its_reference(
     assert describe_fleet(table(np.random.default_rng(6), 200), conditions=()).coefficients[0].effects == ()
 
 
+@pytest.mark.long
 def test_lots_have_their_ratio():
     (c,) = describe_fleet(table(np.random.default_rng(8), 240, lots=4)).coefficients
     assert [r.lot for r in c.of_lots] == ["L0", "L1", "L2", "L3"]
@@ -342,6 +350,7 @@ def test_lots_have_their_ratio():
     )
 
 
+@pytest.mark.long
 def test_bounds_are_in_order():
     (c,) = describe_fleet(table(np.random.default_rng(9))).coefficients
     assert (
@@ -355,12 +364,14 @@ def test_bounds_are_in_order():
     )
 
 
+@pytest.mark.long
 def test_three_units_bound_nothing_and_say_so():
     (c,) = describe_fleet(table(np.random.default_rng(12), 3), conditions=()).coefficients
     assert c.next_unit[1] > 1.5 * c.middle.value
     assert c.tolerance[1] > c.next_unit[1]
 
 
+@pytest.mark.long
 def test_a_coefficient_whose_spread_nothing_bounds_is_left_out():
     rows = table(np.random.default_rng(12), 12)
     knots = np.vstack([straight([-9.0, -2.2, -7.0], [0.2, 0.3, 0.2])[0], of_squares(np.zeros(2))[0] - 12.0])

@@ -70,6 +70,7 @@ def test_bands_cover_the_axis_without_overlap() -> None:
         assert band_of(np.array([low * 1.0001, high * 0.9999])).tolist() == [band, band]
 
 
+@pytest.mark.long
 def test_level_over_the_own_model_is_one_at_every_rate_and_length() -> None:
     """A steep density seen through the window, by segments of other lengths: no band is off by more than chance."""
     off = []
@@ -85,6 +86,7 @@ def test_level_over_the_own_model_is_one_at_every_rate_and_length() -> None:
     assert sum(off) <= binomial_bound(len(off), 0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("rate", "duration"), [(RATE, 200.0), (50.0, 120.0)])
 def test_intervals_without_inflation_cover_one(rate: float, duration: float) -> None:
     """Rest and motion have one noise: intervals of N, of K and of bands miss 1 as often as stated."""
@@ -104,6 +106,7 @@ def test_intervals_without_inflation_cover_one(rate: float, duration: float) -> 
         assert low <= count <= high
 
 
+@pytest.mark.long
 def test_intervals_cover_an_inflation_and_its_verdict_is_inflated() -> None:
     runs, missed_n, missed_k, factor = 40, 0, 0, 3.0
     moved = NoiseModel.of(White(N=factor * 1e-4), RandomWalk(K=factor * 2e-4))
@@ -128,6 +131,7 @@ def test_a_noisier_log_at_rest_is_called_so() -> None:
     assert found.verdict is MotionVerdict.LOWER and "check that the sensor was at rest" in found.reason
 
 
+@pytest.mark.long
 def test_steady_logs_are_seldom_called_unsteady_and_a_change_always() -> None:
     rng, runs = np.random.default_rng(7), 5000
     dof = np.array([40.0, 35.0, 60.0, 40.0, 40.0, 12.0, 40.0, 40.0])
@@ -144,6 +148,7 @@ def test_steady_logs_are_seldom_called_unsteady_and_a_change_always() -> None:
     assert not steady and scattered.dof < 0.2 * whole.dof and scattered.value == whole.value
 
 
+@pytest.mark.long
 def test_a_throttle_that_changes_widens_the_interval() -> None:
     rng = np.random.default_rng(8)
     still = record(1e-3 * rng.standard_normal(20_000))
@@ -191,6 +196,7 @@ def test_lines_at_rest_are_no_rotor() -> None:
     assert all(line.at_rest for line in lines) and not combs
 
 
+@pytest.mark.long
 def test_lines_at_random_places_are_seldom_a_comb() -> None:
     rng, runs, combs = np.random.default_rng(10), 2000, 0
     for _ in range(runs):
@@ -199,6 +205,7 @@ def test_lines_at_random_places_are_seldom_a_comb() -> None:
     assert combs <= binomial_bound(runs, CHANCE)
 
 
+@pytest.mark.long
 def test_white_noise_shows_no_new_line() -> None:
     runs, found = 40, 0
     for seed in range(runs):
@@ -210,6 +217,7 @@ def test_white_noise_shows_no_new_line() -> None:
     assert found <= binomial_bound(runs, 1e-3)
 
 
+@pytest.mark.long
 def test_a_line_is_told_as_the_noise_that_leaves_the_same_error_after_integration() -> None:
     """N' from the definition: the integrals of (S + lines)/f^2 and of 1/f^2 over the band."""
     n, amplitude, f, white = 60_000, 2e-3, 23.0, 1e-4
@@ -237,6 +245,7 @@ def test_a_line_is_told_as_the_noise_that_leaves_the_same_error_after_integratio
 # -- what is asked -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_slow_movement_is_told_as_noise_only_of_a_body_held_still() -> None:
     moved = NoiseModel.of(White(N=1e-4), RandomWalk(K=2e-3))
     pair = log(REST, 13), log(moved, 14)
@@ -246,6 +255,7 @@ def test_slow_movement_is_told_as_noise_only_of_a_body_held_still() -> None:
         assert ("held still" in model.verdict) is fixed
 
 
+@pytest.mark.long
 def test_of_several_logs_the_noisiest_is_told() -> None:
     logs = [log(NoiseModel.of(White(N=k * 1e-4)), 20 + k) for k in (2, 6, 4)]
     found = measure_in_motion(log(REST, 15), logs, models={"gyro": REST})
@@ -271,6 +281,7 @@ def test_channels_match_by_name_by_axis_and_alone() -> None:
         matched_channels(rest, backwards, ["a,b,c"])
 
 
+@pytest.mark.long
 def test_the_document_comes_back_and_says_what_it_says() -> None:
     rng, n = np.random.default_rng(17), 30_000
     buzz = sum(sine(1e-3 / k, 12.5 * k, n) for k in (1, 2, 3))

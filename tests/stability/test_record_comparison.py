@@ -187,6 +187,7 @@ def test_the_loss_of_equality_is_a_difference_of_least_squares() -> None:
     assert equality.law() == ScaledChiSquare(dof=9.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("floor", [[0.0, math.inf, math.inf], [0.0, 0.0, 0.5]])
 def test_the_loss_of_noise_follows_its_law_at_the_border(floor: list[float]) -> None:
     """Bounds of 99.9 % for 1500 losses about a 95 % point that 1000 draws set."""
@@ -236,6 +237,7 @@ def test_two_curves_differ_by_hotellings_distance() -> None:
     assert found.dof == 6 and np.array_equal(found.tau, tau)
 
 
+@pytest.mark.long
 def test_the_test_of_the_curves_keeps_its_level() -> None:
     """Four curves, one shorter than the others: p is uniform, the record that was moved is named."""
     rng = np.random.default_rng(4)
@@ -360,6 +362,7 @@ def test_records_of_any_shape_have_a_population(case: int) -> None:
     assert np.isfinite(without_each(found)).all()
 
 
+@pytest.mark.long
 def test_an_upper_limit_far_below_the_others_widens_the_spread() -> None:
     resolved = profiles(np.array([1.0, 1.1, 0.9]), np.full(3, 0.1))
     alone, above, below = (
@@ -370,6 +373,7 @@ def test_an_upper_limit_far_below_the_others_widens_the_spread() -> None:
     assert below.spread > 1.0 and below.resolved == 3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("k", "spread"), [(3, 0.0), (3, 2.0), (8, 0.7)])
 def test_middle_and_spread_cover(k: int, spread: float) -> None:
     """60 draws each; a right interval covers fewer than 50 in one of a thousand cases."""
@@ -424,6 +428,7 @@ def test_records_of_one_noise_are_not_told_apart() -> None:
     assert json.dumps(found.to_json(), allow_nan=False)
 
 
+@pytest.mark.long
 def test_a_record_with_more_noise_is_named_and_the_others_agree() -> None:
     curves = [curve(s) for s in (1, 2, 3)]
     found = compare([*curves, curve(4, LOUD)], names=list("abcd"))
@@ -439,6 +444,7 @@ def test_a_record_with_more_noise_is_named_and_the_others_agree() -> None:
     assert population.spread.value == pytest.approx(np.std([0, 0, 0, math.log(1.4)], ddof=1), rel=0.2)
 
 
+@pytest.mark.long
 def test_a_walk_that_one_record_excludes_and_another_shows_differs() -> None:
     """The record without a walk gives a limit only, and takes part with it."""
     strong = [curve(s, NoiseModel.of(White(N=1e-3), RandomWalk(K=2e-3))) for s in (1, 2)]
@@ -450,6 +456,7 @@ def test_a_walk_that_one_record_excludes_and_another_shows_differs() -> None:
     assert k.outlier is not None and k.outlier.record == "quiet" and k.outlier.rest_p > 0.05
 
 
+@pytest.mark.long
 def test_rates_lengths_and_sampling_conventions_may_differ() -> None:
     others = (
         {"rate": 7.0, "duration": SAMPLES / 7},
@@ -468,6 +475,7 @@ def test_rates_lengths_and_sampling_conventions_may_differ() -> None:
     )  # of two, nobody can tell which
 
 
+@pytest.mark.long
 def test_units_are_converted_and_kinds_must_agree() -> None:
     y = simulate(MODEL, rate=10.0, duration=SAMPLES / 10, seed=1).values("gyro")
     degrees = al.Recording.from_rate(np.degrees(y), rate=10.0, unit="deg/s", names=["g"])
@@ -501,6 +509,7 @@ def test_what_is_refused() -> None:
         compare([a, other])
 
 
+@pytest.mark.long
 def test_studies_know_their_means_and_a_turn_on_bias_shows() -> None:
     """Means many sd apart; the noise is the same, and the verdict speaks of the noise."""
     biases = (0.0, 0.06, -0.03)
@@ -565,6 +574,7 @@ def test_common_bias_does_not_depend_on_its_unit(unit: float) -> None:
     assert found.detectable / unit == pytest.approx(one.detectable, rel=1e-9)
 
 
+@pytest.mark.long
 def test_picture_has_a_column_for_each_channel_and_no_hole() -> None:
     """Three channels side by side: as wide as high, or wider; a parameter that one lacks leaves its place free."""
     two = compare([curve(1), curve(2)], names=["a", "b"]).to_json()
@@ -607,6 +617,7 @@ def of(model: NoiseModel, count: int, seed: int) -> list[FittedChannel]:
     return found
 
 
+@pytest.mark.long
 def test_quantisation_and_ramp_take_part_where_something_shows_them() -> None:
     plain = NoiseModel.of(White(N=1e-3), Flicker(B=1e-4), RandomWalk(K=1.2e-5))
     rough = NoiseModel.of(Quantisation(Q=3e-3), *plain.terms)
@@ -622,6 +633,7 @@ def test_quantisation_and_ramp_take_part_where_something_shows_them() -> None:
     assert some.profiles["N"].best == pytest.approx(math.log(1e-3), abs=0.05)
 
 
+@pytest.mark.long
 def test_white_noise_of_many_records_is_not_low() -> None:
     """The mean of N over 50 records: with quantisation in every fit it was 0.4 of its standard deviation low."""
     plain = NoiseModel.of(White(N=1e-3), Flicker(B=1e-4), RandomWalk(K=1.2e-5))

@@ -154,6 +154,7 @@ def test_terms_of_every_part_are_recovered() -> None:
     assert np.all(np.abs(walk[:3]) < 4 * found.sd[:3, 3])
 
 
+@pytest.mark.long
 def test_common_walk_is_seen_and_where_nothing_is_shared_limits_are_told() -> None:
     n = 8192
     found = separate_noise(record(sensors(3, n, 8, noise(WALK, n, 9))))
@@ -169,6 +170,7 @@ def test_common_walk_is_seen_and_where_nothing_is_shared_limits_are_told() -> No
     assert alone.common.model.estimate("K").value is None  # type: ignore[union-attr]
 
 
+@pytest.mark.long
 def test_negative_estimates_have_limits_that_cover_zero() -> None:
     runs, negative, missed = 8, 0, 0
     for i in range(runs):
@@ -208,6 +210,7 @@ def test_common_part_that_one_sensor_feels_later_is_told_with_its_delay() -> Non
     assert not any("later" in r for r in separate_noise(record(same)).remarks)
 
 
+@pytest.mark.long
 def test_scale_of_the_data_does_not_matter_and_gaps_of_one_are_gaps_of_all() -> None:
     y = sensors(2, 2000, 18, noise(WALK, 2000, 19))
     y[300:340, 0] = np.nan

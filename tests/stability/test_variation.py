@@ -129,6 +129,7 @@ def scatter_of(cells: AllanCells, model: NoiseModel, n: int) -> WindowScatter:
     return WindowScatter.of(cell_covariance(cells, model, n, 1.0, "mean") / np.outer(mean, mean))
 
 
+@pytest.mark.long
 def test_chi_square_of_windows_has_its_law_and_gaps_make_it_no_larger() -> None:
     """Cells under a known model: mean of chi-square, and at most 5 % of p values below 5 %."""
     runs, small, sums = 80, {False: 0, True: 0}, []
@@ -170,6 +171,7 @@ def test_all_lags_together_have_their_law_where_they_see_nearly_the_same_noise()
     assert small <= binomial_bound(runs, 0.025)
 
 
+@pytest.mark.long
 def test_constant_noise_is_said_to_change_in_at_most_five_per_cent() -> None:
     runs = 12
     wrong = sum(
@@ -234,6 +236,7 @@ def test_the_cube_root_of_a_variance_has_the_mean_of_wilson_and_hilferty() -> No
     np.testing.assert_allclose(scatter.edf, edf)
 
 
+@pytest.mark.long
 def test_scale_of_the_data_does_not_matter_and_missing_samples_do_not_spoil_a_window() -> None:
     y = noise(SLOW, 6000, 13)
     y[4000:] *= 1.5
@@ -462,6 +465,7 @@ def test_a_change_that_leaves_no_two_windows_of_any_lag_is_told_all_the_same(
     assert 0.0 < channel.p_left <= 1.0 and math.isfinite(channel.chi2)
 
 
+@pytest.mark.long
 def test_where_steps_divide_every_window_the_search_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     y = noise(WHITE, 4000, 3)
     y[1500:] *= 2.0

@@ -378,6 +378,7 @@ def test_command_draws_a_sheet_alone_and_refuses_what_is_about_a_log(run: Run, t
     assert json.loads(alone.out)["channels"] == []
 
 
+@pytest.mark.long
 def test_command_characterizes_a_log_for_its_sheet(run: Run, tmp_path: Path) -> None:
     """On the command line and in Python the same; a log with gaps ends with code 3."""
     sheet, log = tmp_path / "sheet.yaml", tmp_path / "gyro.csv"

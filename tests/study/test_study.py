@@ -30,6 +30,7 @@ def study() -> al.Study:
     return al.characterize(record)
 
 
+@pytest.mark.long
 def test_the_document_is_complete_and_plain(study: al.Study) -> None:
     document = study.to_json()
     assert json.loads(json.dumps(document, allow_nan=False)) == document
@@ -138,6 +139,7 @@ def test_a_fatal_finding_refuses_and_can_be_accepted() -> None:
         al.characterize(record, accept=["clippin"])
 
 
+@pytest.mark.long
 def test_c7_a_sine_is_a_line_not_a_term() -> None:
     rate, n = 20.0, 200_000
     record = al.simulate(NoiseModel.of(White(N=1e-3)), rate=rate, duration=n / rate, seed=7)
@@ -179,6 +181,7 @@ def test_one_nan_one_overload_one_stuck_stretch_one_hole() -> None:
     assert study.recording.missing >= 41_000
 
 
+@pytest.mark.long
 def test_float32_at_one_g_and_int16_counts() -> None:
     rng = np.random.default_rng(12)
     noise = rng.standard_normal(100_000)

@@ -235,6 +235,7 @@ def test_names_are_text_and_never_markup(study: dict[str, Any], name: str) -> No
     assert page.count("<b>") == 0 and page.count("</script>") == 2  # ours
 
 
+@pytest.mark.long
 def test_figures_leave_no_trace_in_the_process() -> None:
     code = (
         "import sys, io, allanite as al; from allanite.noise import White\n"

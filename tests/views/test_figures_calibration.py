@@ -68,6 +68,7 @@ def test_every_position_stands_on_one_half_at_its_distance_from_the_middle() -> 
         )
 
 
+@pytest.mark.long
 def test_equal_areas_of_the_sphere_are_equal_areas_of_the_picture() -> None:
     directions = random_directions(2000)
     places = marks(sphere([Spot(up=(*d,)) for d in directions]), "used")

@@ -306,6 +306,7 @@ def test_what_nobody_scrolled_to_is_drawn_before_it_is_printed(
     view.close()
 
 
+@pytest.mark.long
 def test_no_printed_page_ends_with_the_head_of_a_table(browser: Any, tmp_path: Path) -> None:
     reader = shutil.which("pdftotext")
     if reader is None:
