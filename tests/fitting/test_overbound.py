@@ -19,9 +19,11 @@ from allanite.fitting.design import design_of
 from allanite.fitting.moments import lags_used
 from allanite.fitting.objective import CurveData, solve
 from allanite.fitting.overbound import bound_channels, overbound, plausible
+from allanite.fitting.overbound.bounding import scale_open
 from allanite.fitting.overbound.ensemble import walk
 from allanite.fitting.overbound.envelope import band_above, least_above, reach
 from allanite.fitting.overbound.plausible import _TermSums
+from allanite.fitting.scale import with_scale_uncertainty
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.noise.allan import AllanCurve
 from allanite.noise.allan.covariance import lag_pairs
@@ -200,6 +202,29 @@ def test_higher_probability_and_further_horizon_cost_more(
     assert far.overbound.horizon == 40_000.0
     assert _ratio(far, TRUTH, curve.dt).min() >= 1
     assert far.overbound.greatest > bound.overbound.greatest
+
+
+def test_one_error_of_the_scale_factor_is_common_to_all_averaging_times() -> None:
+    drawn = np.geomspace(1.0, 9.0, 4) * np.ones((20_000, 1))
+    logs = np.log(scale_open(drawn, 0.03, np.random.default_rng(1)) / drawn)
+    assert np.ptp(logs, axis=1).max() < 1e-12
+    assert math.isclose(logs[:, 0].std(), 2 * 0.03, rel_tol=0.03)  # of the variance, so twice
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("relative", [0.03, 0.2])
+def test_bound_is_above_the_sensor_under_every_likely_scale_factor(
+    record: tuple[AllanCurve, NoiseModel], bound: NoiseModel, relative: float
+) -> None:
+    """One factor for all averaging times: the bound rises by its quantile, and by little more, at each of them."""
+    curve, model = record
+    wide = overbound(curve, with_scale_uncertainty(model, relative))
+    tau = curve.tau[lags_used(curve)]
+    over_fit = np.sqrt(wide.avar_sampled(tau * RATE, 1 / RATE) / model.avar_sampled(tau * RATE, 1 / RATE))
+    over_bound = np.sqrt(wide.avar_sampled(tau * RATE, 1 / RATE) / bound.avar_sampled(tau * RATE, 1 / RATE))
+    quantile = normal_quantile(0.95) * relative  # of 3000 draws: known within 5 %
+    assert over_fit.min() > math.exp(0.95 * quantile)
+    assert over_bound.max() < math.exp(1.3 * quantile)
 
 
 def test_bound_holds_under_both_families_where_the_record_cannot_decide() -> None:

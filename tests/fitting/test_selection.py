@@ -13,6 +13,7 @@ from scipy.stats import binom, chi2, norm
 import allanite as al
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.likelihood import LikelihoodProblem
+from allanite.fitting.scale import with_scale_uncertainty
 from allanite.fitting.selection import PRICE, Selection, line_price, select
 from allanite.fitting.selection.averaging import averaged
 from allanite.fitting.selection.lines import gains_of
@@ -202,6 +203,15 @@ def test_the_model_is_that_of_the_best_set(walking: Selection) -> None:
     assert al.NoiseModel.from_json(model.to_json()).terms == model.terms
     for e, truth in zip(model.estimates, (1.0, 0.05), strict=True):
         assert e.lower < truth < e.upper
+
+
+def test_the_uncertainty_of_the_scale_factor_is_in_the_intervals(walking: Selection) -> None:
+    known = walking.recording
+    unsure = replace(known, channels=tuple(replace(c, scale_uncertainty=0.1) for c in known.channels))
+    scaled = replace(walking, recording=unsure).model
+    assert scaled == with_scale_uncertainty(walking.model, 0.1) and scaled.scale_uncertainty == 0.1
+    for e, alone in zip(scaled.estimates, walking.model.estimates, strict=True):
+        assert e.lower < alone.lower < alone.upper < e.upper and e.statistical == (alone.lower, alone.upper)
 
 
 def test_refusals(walking: Selection) -> None:

@@ -475,6 +475,24 @@ def test_rates_lengths_and_sampling_conventions_may_differ() -> None:
     )  # of two, nobody can tell which
 
 
+@pytest.mark.parametrize("stated", [(None, 0.01), (0.002, 0.01), (0.01, 0.01)])
+def test_a_scale_factor_in_no_test_is_named_with_what_it_may_set_apart(
+    stated: tuple[float | None, float],
+) -> None:
+    """Of the largest: two calibrations of u each differ by 1.96 sqrt(2) u."""
+    curves = [
+        replace(c, channels=(replace(c.channels[0], scale_uncertainty=u),))
+        for c, u in zip((curve(1), curve(2)), stated, strict=True)
+    ]
+    found = compare(curves, names=["a", "b"])
+    assert found["gyro"].scale_uncertainty == 0.01
+    (words,) = [r for r in remarks(found) if "scale factor" in r]
+    assert "uncertainty of the scale factor, 1 %" in words and "by 2.8 % of" in words
+    plain = compare([curve(1), curve(2)], names=["a", "b"])
+    assert plain["gyro"].scale_uncertainty is None and plain.p == found.p
+    assert not any("scale factor" in r for r in remarks(plain))
+
+
 @pytest.mark.long
 def test_units_are_converted_and_kinds_must_agree() -> None:
     y = simulate(MODEL, rate=10.0, duration=SAMPLES / 10, seed=1).values("gyro")

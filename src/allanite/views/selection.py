@@ -26,6 +26,7 @@ from allanite.views.blocks import (
     table,
 )
 from allanite.views.result_page import advice, findings_of, result_page, verdict_banner
+from allanite.views.wording.provisos import scale_proviso
 from allanite.views.wording.selection import weight_words
 
 __all__ = ["rows", "view"]
@@ -84,7 +85,9 @@ def _verdict(result: TermSelection) -> Iterator[PageBlock]:
     names = [c.name for c in channels]
     yield verdict_banner(result.verdict, result.reason, names)
     each = [f"{c.name}: {c.verdict}" for c in channels] if len(channels) > 1 else []
-    yield from advice([*each, *(f"{c.name}: {line.words}" for c in channels for line in c.left_in)], names)
+    left_in = (f"{c.name}: {line.words}" for c in channels for line in c.left_in)
+    scaled = (f"{c.name}: {words}" for c in channels for words in scale_proviso(c.model))
+    yield from advice([*each, *left_in, *scaled], names)
 
 
 # -- sets -------------------------------------------------------------------------------------------------

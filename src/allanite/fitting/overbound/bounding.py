@@ -50,7 +50,8 @@ def overbound(
 
     Everywhere is from the shortest averaging time that the fit explains to `horizon`, at all of them together: the
     true curve is below the bound at every one with the stated probability. What the record does not show (a random
-    walk beyond its length, say) enters with all that it cannot exclude.
+    walk beyond its length, say) enters with all that it cannot exclude, and so does the standard uncertainty of the
+    scale factor where one is stated.
 
     Parameters
     ----------
@@ -111,6 +112,9 @@ def overbound(
         if family.terms
         for only in (False, True)
     ]
+    relative = model.scale_uncertainty or curve.channels[0].scale_uncertainty
+    if relative is not None:
+        drawn = [scale_open(curves, relative, rng) for curves in drawn]
     shown = _shown(curve, end) if above_measured else np.zeros(len(curve.lags), dtype=bool)
     ground = _Ground(
         m=np.concatenate([places, curve.lags[shown].astype(np.float64)]),
@@ -139,6 +143,11 @@ def _refuse(curve: AllanCurve, model: NoiseModel, probability: float, horizon: f
         isinstance(horizon, (int, float)) and math.isfinite(horizon) and horizon > 0
     ):
         raise InputError(f"horizon must be a positive number of seconds, not {horizon!r}")
+
+
+def scale_open(curves: Array, relative: float, rng: np.random.Generator) -> Array:
+    """The drawn variances, each with its own error of the scale factor: one factor for all averaging times."""
+    return np.asarray(curves * np.exp(2 * relative * rng.standard_normal((len(curves), 1))))
 
 
 def _places(shortest: float, end: float, dt: float) -> Array:

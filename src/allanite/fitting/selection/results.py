@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic, Protocol, TypeVar
 from allanite.errors import FormatError
 from allanite.fitting.likelihood import Maximum
 from allanite.fitting.lines_left_in import LineLeftIn
+from allanite.fitting.scale import with_scale_uncertainty
 from allanite.fitting.selection.averaging import averaged
 from allanite.fitting.selection.search import MOST_MARKOV, ORDER, Letters, named
 from allanite.fitting.selection.verdict import SelectionVerdict
@@ -303,10 +304,11 @@ class Selection(WeighedSets[Candidate]):
         """The noise of the best set, with intervals that hold what is open about the set.
 
         They are mixed over the candidates (`averaging`); those of `allanite.fit` come from tests in one family, and say
-        besides how large a term may be that is not in the set.
+        besides how large a term may be that is not in the set. Where the channel states how uncertain its scale factor
+        is, they hold that too.
         """
         best = self.best.maximum
-        return NoiseModel(
+        statistical = NoiseModel(
             terms=best.terms,
             estimates=tuple(with_slow_notes(self._averaged(), self.slow)),
             confidence=self.confidence,
@@ -323,6 +325,7 @@ class Selection(WeighedSets[Candidate]):
             kind=self.kind,
             unit=self.unit,
         )
+        return with_scale_uncertainty(statistical, self.recording[self.channel].scale_uncertainty)
 
     def _averaged(self) -> tuple[Estimate, ...]:
         maxima, weights = [c.maximum for c in self.candidates], [c.weight for c in self.candidates]

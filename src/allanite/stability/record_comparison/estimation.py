@@ -185,6 +185,9 @@ def _channel(
         families=families,
         unexplained=tuple(s.record for s in series if s.fit.data.discrepancy > 0),
         apertures_differ=len({s.curve.channels[0].aperture for s in series}) > 1,
+        scale_uncertainty=max(
+            (u for s in series if (u := s.curve.channels[0].scale_uncertainty)), default=None
+        ),
         curves=tuple(_drawn(e) for e in evidence),
         tau=curves.tau,
         lag_p=curves.lag_p,

@@ -3,8 +3,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
+from allanite.quantities.distributions import normal_quantile
+from allanite.recording.health.finding import percent
 from allanite.stability.record_comparison.results import ChannelComparison, Comparison
 
 __all__ = ["remarks"]
@@ -38,6 +41,13 @@ def _of_channel(result: Comparison, channel: ChannelComparison) -> Iterator[str]
         yield f"{name}: the records do not follow one family ({listed}); slow terms are compared as {channel.family}"
     if channel.apertures_differ:
         yield f"{name}: the averaging time within a sample (aperture) differs, and the white noise with it"
+    if channel.scale_uncertainty is not None:
+        apart = math.sqrt(2) * normal_quantile(0.975) * channel.scale_uncertainty
+        yield (
+            f"{name}: tests and intervals do not include the standard uncertainty of the scale factor, "
+            f"{percent(channel.scale_uncertainty)}. If the records have separate calibrations, these alone may set two "
+            f"records apart by {percent(apart)} of any amplitude or mean (95 %)"
+        )
     if channel.unexplained:
         yield (
             f"{name}: no sum of terms explains the curve of {', '.join(channel.unexplained)}; the intervals of the "

@@ -202,6 +202,9 @@ class ChannelComparison(Result):
         Records whose curve no sum of noise terms explains.
     apertures_differ : bool
         Records average over different parts of a sample.
+    scale_uncertainty : float or None
+        Largest relative standard uncertainty of the scale factors; None where none is stated. No test and no interval
+        holds it: whether the records share its error is unknown.
     curves : tuple of ComparedCurve
         Of each record.
     tau : ndarray, shape (n_lags,) [s]
@@ -232,6 +235,7 @@ class ChannelComparison(Result):
     families: tuple[FamilyEvidence, ...]
     unexplained: tuple[str, ...] = ()
     apertures_differ: bool = False
+    scale_uncertainty: float | None = None
     curves: tuple[ComparedCurve, ...] = field(repr=False)
     tau: Array = field(repr=False)
     lag_p: Array = field(repr=False)

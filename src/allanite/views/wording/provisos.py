@@ -18,7 +18,7 @@ from allanite.quantities.quantity import Quantity
 from allanite.recording.sample_hold import HeldSamples
 from allanite.study.results import Aliasing, ChannelModels, ChannelStudy
 
-__all__ = ["provisos"]
+__all__ = ["provisos", "scale_proviso"]
 
 #: Symbols of slow noise.
 _SLOW = {"B", "T", "sigma", "sigma_2", "K", "R"}
@@ -45,7 +45,7 @@ def _provisos(channel: ChannelModels) -> Iterator[str]:
         if channel.aliasing is not None:
             yield _aliasing(channel.aliasing)
     if channel.models:
-        yield from _scale(channel.models[0])
+        yield from scale_proviso(channel.models[0])
     if channel.models and channel.kind in ("phase", "frequency"):
         yield _CLOCK
 
@@ -104,7 +104,8 @@ def _aliasing(aliasing: Aliasing) -> str:
     )
 
 
-def _scale(model: NoiseModel) -> Iterator[str]:
+def scale_proviso(model: NoiseModel) -> Iterator[str]:
+    """What the intervals of a fitted model hold of the scale factor; nothing where none is stated."""
     if model.scale_uncertainty is not None:
         yield (
             "the intervals include the scale factor's standard uncertainty of "
