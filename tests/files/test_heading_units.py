@@ -98,6 +98,33 @@ def test_clocks_have_scales_too(heading: str, unit: str) -> None:
     assert read_heading(heading).unit == unit
 
 
+@pytest.mark.parametrize("joint", ["/", " / "])
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [("U", "mV"), ("U_a", "V"), ("Spannung", "V"), ("T", "K"), ("ϑ", "°C"), ("t", "s"), ("Zeit", "ms"), ("a", "g"),
+     ("ω", "(deg/s)"), ("ω", "(°/s)"), ("ω", "rad/s"), ("gyro_x", "(deg/h)"), ("a_x", "(m/s²)"), ("p", "hPa")],
+)  # fmt: skip
+def test_a_quantity_may_be_divided_by_its_unit(name: str, joint: str, unit: str) -> None:
+    """As ISO 80000-1 heads the columns of tables."""
+    read = read_heading(name + joint + unit)
+    assert (read.name, read.unit) == (name, unit.strip("()"))
+
+
+@pytest.mark.parametrize(
+    "heading",
+    ["V/g", "mV/g", "µV/°C", "ppm/K", "V/V", "LSB/g", "deg/s", "m/s", "samples/s", "frames/s", "drift/h", "raw/LSB",
+     "imu/T", "imu/x", "/imu/V", "imu/acc/g", "nav/V", "gyro/g"],
+)  # fmt: skip
+def test_a_unit_of_something_else_and_a_path_have_no_unit(heading: str) -> None:
+    read = read_heading(heading)
+    assert (read.name, read.unit) == (heading, "")
+
+
+@pytest.mark.parametrize(("heading", "unit"), [("U_mV", "mV"), ("V_mV", "mV"), ("U_uV", "µV"), ("u_mg", "")])
+def test_a_voltage_may_be_called_by_its_symbol(heading: str, unit: str) -> None:
+    assert read_heading(heading).unit == unit
+
+
 def test_an_open_unit_is_a_finding(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     np.savetxt(path, np.column_stack([T, Y]), "%.6f", ",", header="t_s,gyro_x_x1000_dps", comments="")

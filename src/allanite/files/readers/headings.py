@@ -215,6 +215,25 @@ _MAY_BE_TIME = re.compile(
 _SINCE = re.compile(r"\s*([^\W\d]+)\s+since\s", re.IGNORECASE)
 #: "Acceleration X in m/s^2", "Drehrate in °/s".
 _IN_UNIT = re.compile(r"(.*\S)\s+in\s+(\S+)", re.IGNORECASE)
+#: What a column of samples may hold, of the units behind a slash: "U/mV", "T/°C", "ω/(°/s)" (ISO 80000-1, 7.1.4).
+_SAMPLED = frozenset(
+    {
+        QuantityKind.ANGLE_RATE,
+        QuantityKind.ANGLE,
+        QuantityKind.ACCELERATION,
+        QuantityKind.VELOCITY,
+        QuantityKind.VOLTAGE,
+        QuantityKind.TEMPERATURE,
+        QuantityKind.MAGNETIC,
+        QuantityKind.PRESSURE,
+    }
+)
+#: A temperature, and no tesla, in front of the slash.
+_TEMPERATURE_SYMBOL = "T"
+#: What may be divided by a unit of one letter, and is no path of fields (imu/T, nav/V): U, a_x, Ausgangsspannung.
+_SYMBOL = re.compile(r"[^\W\d](?:\d*|_\w+)|.*(?:volt|spannung|tension).*", re.IGNORECASE)
+#: Voltages, and neither micro nor "volts per": U_mV, V_mV.
+_VOLTAGE_SYMBOLS = ("U", "V")
 #: Where the name of a clock holds its unit: t_us, ustime, millis, seconds_elapsed.
 _UNIT_IN_TIME = tuple(
     re.compile(pattern)
@@ -350,7 +369,7 @@ def _bracketed(text: str) -> tuple[str, str]:
     if match and match.start() > 0:
         inside = match[1].strip()
         if inside and (is_unit(inside) or "/" in inside):
-            return text[: match.start()], inside
+            return text[: match.start()].rstrip().removesuffix("/"), inside
         if inside.lower() in ("raw", "-", ""):
             return text[: match.start()], ""
     head, comma, tail = text.rpartition(",")
@@ -358,7 +377,20 @@ def _bracketed(text: str) -> tuple[str, str]:
         return head, tail.strip()
     if (match := _IN_UNIT.fullmatch(text)) and is_unit(match[2]):
         return match[1], match[2]
-    return text, ""
+    return _divided(text) or (text, "")
+
+
+def _divided(text: str) -> tuple[str, str] | None:
+    """Name and unit where a quantity is divided by its unit; V/g and ppm/K are units of something else."""
+    head, _, tail = (part.strip() for part in text.partition("/"))
+    if not head or measures(text) is not None or (is_unit(head) and head != _TEMPERATURE_SYMBOL):
+        return None
+    if len(tail) == 1 and not (
+        _SYMBOL.fullmatch(head) or _group(_plain(head)) in ("acc", "temperature", "time")
+    ):
+        return None
+    clock = measures(tail) is QuantityKind.TIME and _group(_plain(head)) == "time"
+    return (head, tail) if clock or measures(tail) in _SAMPLED else None
 
 
 def _suffixed(text: str, group: Group) -> tuple[str, str]:
@@ -383,6 +415,8 @@ def _scaled(text: str, head: str, unit: str) -> tuple[str, str]:
     if prefix:
         multiple = _PREFIX_SIGNS[prefix[1].lower()] + unit
         return (head[: prefix.start()].rstrip("_ .") or text, multiple) if is_unit(multiple) else (text, "")
+    if head in _VOLTAGE_SYMBOLS and measures(unit) is QuantityKind.VOLTAGE:
+        return head, unit
     words = _WORDS.split(head)
     decimal = len(words) > 2 and words[-2] == "0" and words[-1].isdecimal() and words[-3][-1:] in "xyzXYZ"
     if decimal or _SCALE.fullmatch(words[-1]) or words[-1].lower() in _SUFFIX_UNITS:
