@@ -21,6 +21,7 @@ from allanite.files.readers.delimited import cells, streams
 from allanite.files.readers.delimited.dates import date_format, to_nanoseconds
 from allanite.files.readers.delimited.preamble import facts_in, rate_in
 from allanite.files.readers.headings import read_heading
+from allanite.recording.health.examination import check
 from allanite.recording.records import Kind, Recording
 
 N = 500
@@ -608,3 +609,40 @@ def test_channels_of_one_parquet_file_are_read_by_several_threads(tmp_path: Path
         jobs = [pool.submit(again.values, name) for name in again.names * 3]
         for job, column in zip(jobs, [*range(6)] * 3, strict=True):
             np.testing.assert_array_equal(job.result(timeout=60), y[:, column])
+
+
+@pytest.mark.parametrize("row", [0, 7, 199])
+@pytest.mark.parametrize(
+    "word",
+    [
+        "9.9E+37",
+        "-9.9E37",
+        "+9.90000000E+37",
+        "9.91E37",
+        "1E38",
+        "1.0e+38",
+        "+OFLOW",
+        "O.L",
+        "-overload",
+        "OVLD",
+    ],
+)
+def test_an_overload_is_missing_as_the_meter_answers_it(tmp_path: Path, word: str, row: int) -> None:
+    """With a decimal point, between numbers with decimal commas."""
+    values = np.round(np.random.default_rng(3).standard_normal(200), 4)
+    cells = [f"{v:.4f}".replace(".", ",") for v in values]
+    cells[row] = word
+    path = tmp_path / "meter.csv"
+    path.write_text("t [s];U [mV]\n" + "".join(f"{i};{cell}\n" for i, cell in enumerate(cells)))
+    recording = read(path)
+    assert np.flatnonzero(np.isnan(recording.values("U"))).tolist() == [row]
+    assert np.array_equal(np.delete(recording.values("U"), row), np.delete(values, row))
+    assert [f.count for f in check(recording) if f.code == "overload"] == [1]
+
+
+@pytest.mark.parametrize("cell", ["9.8", "1.5E37", "9.9E3", "9.9E137", "1E3.8"])
+def test_other_numbers_with_another_decimal_sign_are_refused(tmp_path: Path, cell: str) -> None:
+    path = tmp_path / "meter.csv"
+    path.write_text("t [s];U [mV]\n" + "".join(f"{i};0,{i:03d}\n" for i in range(200)) + f"200;{cell}\n")
+    with pytest.raises(FormatError, match="is not a number"):
+        read(path)

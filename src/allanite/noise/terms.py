@@ -470,7 +470,7 @@ class Sinusoid:
     Attributes
     ----------
     amplitude : float [rad/s]
-        Amplitude of the sinusoid.
+        Amplitude of the sinusoid, before a sample averages it over its interval.
     frequency : float [Hz]
         Frequency of the sinusoid.
     phase : float [rad]

@@ -33,8 +33,12 @@ MISSING = frozenset(
      "-inf", "infinity", "+infinity", "-infinity", "1.#inf", "-1.#inf", "1.#qnan", "-1.#ind"}
 )  # fmt: skip
 OVERLOAD = frozenset(
-    ["ovld", "+ovld", "-ovld", "ol", "+ol", "-ol", "overload", "ovfl", "overflow", "ovf", "-ovf"]
+    sign + word
+    for sign in ("", "+", "-")
+    for word in ("ovld", "ol", "o.l", "overload", "overrange", "ovfl", "overflow", "oflow", "ovf")
 )
+#: What a meter answers out of range (SCPI). Bench software writes it as received between numbers with decimal commas.
+_ANSWERED_OVERLOAD = re.compile(r"[-+]?(?:9\.9[01]?0*e\+?37|1(?:\.0*)?e\+?38)")
 
 COMMENT = ("#", "%", "//", "!")
 _DELIMITERS = (",", ";", "\t", "|", " ")
@@ -271,7 +275,7 @@ def kind_of(cell: str, decimal: str) -> str:
     word = cell.lower()
     if word in MISSING:
         return "m"
-    if word in OVERLOAD:
+    if word in OVERLOAD or (decimal == "," and _ANSWERED_OVERLOAD.fullmatch(word)):
         return "o"
     if date_format(cell):
         return "d"
