@@ -13,6 +13,7 @@ import pytest
 
 from allanite.errors import FormatError, InputError, LimitError
 from allanite.files.readers import hdf5, hdf5_tree, matlab, read
+from allanite.files.readers.table import Options
 from hostile_files import inline, mutations, outcomes, tally
 
 h5py = pytest.importorskip("h5py", reason="the extra allanite[hdf5] is not installed")
@@ -99,6 +100,76 @@ def test_rates_and_fields(tmp_path: Path) -> None:
     assert (worded.rate, worded.names) == (125.0, ("gx", "gy", "gz"))
     with pytest.raises(InputError, match="--rate"):
         read(write(tmp_path, lambda f: f.create_dataset("x", data=ACCEL)))
+
+
+# -- scaled integers ---------------------------------------------------------------------------------------
+
+COUNTS = RNG.integers(-2000, 2000, size=(500, 3)).astype(np.int16)
+
+
+def scaled_by(attributes: dict[str, Any], data: Any = COUNTS) -> Callable[[Any], None]:
+    def build(file: Any) -> None:
+        file.attrs["fs"] = 100.0
+        gyro = file.create_dataset("gyro", data=data)
+        gyro.attrs.update({"units": "deg/s", **attributes})
+
+    return build
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "counts"),
+    [("scale", 0.004, 250), ("Gain", 0.004, 250), ("sensitivity", 131.0, 131), ("conversion_factor", 0.5, 2)],
+)
+def test_a_scaling_in_other_words_leaves_counts_and_its_advice_scales_them(
+    tmp_path: Path, key: str, value: float, counts: float
+) -> None:
+    path = write(tmp_path, scaled_by({key: value}))
+    recording = read(path)
+    assert [c.unit for c in recording.channels] == ["LSB"] * 3
+    (said,) = recording.notes["source"]["guesses"]
+    factor = said.partition('--scale-factor "')[2].rstrip('"')
+    assert factor == f"{counts:g} LSB/(deg/s)"
+    scaled = read(path, scale_factor=factor)
+    assert np.allclose(scaled.scaled("gyro_y"), np.radians(COUNTS[:, 1] / counts))
+
+
+def test_a_scaling_that_changes_nothing_and_one_of_floats_are_not_mentioned(tmp_path: Path) -> None:
+    for attributes, data in (({"scale": 1.0, "offset": 0.0}, COUNTS), ({"scale": 0.1}, ACCEL)):
+        recording = read(write(tmp_path, scaled_by(attributes, data)))
+        assert recording.channels[0].unit == "deg/s"
+        assert recording.notes["source"]["guesses"] == []
+
+
+def test_an_offset_of_other_words_beside_the_defined_factor_is_reported(tmp_path: Path) -> None:
+    recording = read(write(tmp_path, scaled_by({"scale_factor": 0.5, "offset": 3.0})))
+    assert recording.channels[0].unit == "deg/s"
+    assert np.array_equal(recording.values("gyro_x"), COUNTS[:, 0] * 0.5)
+    assert "offset 3 not applied" in recording.notes["source"]["guesses"][0]
+
+
+@pytest.mark.parametrize("kind", ["<f8", ">f4", "<i2", "u2"])
+@pytest.mark.parametrize("key", ["_FillValue", "missing_value"])
+def test_a_fill_value_is_missing_without_a_factor_too(tmp_path: Path, kind: str, key: str) -> None:
+    data = np.abs(COUNTS).astype(kind)
+    data[100:110, 1] = 9999
+    recording = read(write(tmp_path, scaled_by({key: np.dtype(kind).type(9999)}, data)))
+    missing = np.isnan(recording.values("gyro_y"))
+    assert np.flatnonzero(missing).tolist() == list(range(100, 110))
+    assert np.array_equal(recording.values("gyro_x"), data[:, 0].astype(float))
+
+
+def test_a_fill_value_leaves_stamps_of_64_bits_exact(tmp_path: Path) -> None:
+    stamps = 1_764_000_000_000_000_100 + 10_000_000 * np.arange(500)
+
+    def build(file: Any) -> None:
+        scaled_by({})(file)
+        time = file.create_dataset("t", data=stamps)
+        time.attrs.update({"units": "ns", "_FillValue": np.int64(-(2**63))})
+
+    table = hdf5.read(write(tmp_path, build), Options())
+    column = table.columns[table.headings.index("t")]
+    assert column.dtype == np.int64  # float64 has steps of 256 ns there
+    assert np.array_equal(column.read(0, 500) + (int(column.origin) - int(stamps[0])), stamps - stamps[0])
 
 
 # -- out of the file, and never written --------------------------------------------------------------------

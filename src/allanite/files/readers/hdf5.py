@@ -23,6 +23,13 @@ from allanite.files.readers.arrays import length_of, one_record, picked, table_o
 from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
 from allanite.files.readers.headings import may_be_time, read_heading
+from allanite.files.readers.packed_values import (
+    COUNTS,
+    is_offset,
+    packing_of,
+    said_of_unapplied,
+    unapplied_scaling,
+)
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.stated_rate import chosen_rate, keyed_statement
 from allanite.files.readers.table import Options, Table
@@ -146,7 +153,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
         facts = {
             "units": {_last(leaf): _unit(leaf) for leaf in leaves},
             "rates": _rate_attributes(leaves, tree, group),
-            "guesses": guesses + [f"not read: {w}" for w in tree.outside[:20]],
+            "guesses": guesses + _unapplied(leaves) + [f"not read: {w}" for w in tree.outside[:20]],
             "source": {"group": part.name, "contents": listed(parts)},
         }
     return facts, arrays
@@ -161,7 +168,7 @@ def _record(leaf: Leaf, tree: Tree, index: Any, name: str) -> tuple[dict[str, An
     facts: dict[str, Any] = {
         "units": {last: _unit(leaf)},
         "rates": _rate_attributes([leaf], tree, leaf.path.rpartition("/")[0]),
-        "guesses": [],
+        "guesses": _unapplied([leaf]),
         "source": {"group": leaf.path, "contents": []},
     }
     return facts, {f"samples {last}": samples}
@@ -214,6 +221,24 @@ def _part(name: str, leaves: list[Leaf]) -> FilePart:
 
 
 def _unit(leaf: Leaf) -> str:
+    # The unit that the attributes state is that of scaled values.
+    return COUNTS if _stays_counts(leaf) else _stated_unit(leaf)
+
+
+def _stays_counts(leaf: Leaf) -> bool:
+    unapplied = any(not is_offset(key) for key in unapplied_scaling(leaf.dataset))
+    return unapplied and bool(_stated_unit(leaf)) and not _is_time(leaf) and packing_of(leaf.dataset) is None
+
+
+def _unapplied(leaves: list[Leaf]) -> list[str]:
+    return [
+        said_of_unapplied(_last(leaf), unapplied, _stated_unit(leaf) if _stays_counts(leaf) else "")
+        for leaf in leaves
+        if (unapplied := unapplied_scaling(leaf.dataset))
+    ]
+
+
+def _stated_unit(leaf: Leaf) -> str:
     return next((u for k in _UNIT_KEYS if (u := text_of(_attribute(leaf.dataset, k)))), "")
 
 
