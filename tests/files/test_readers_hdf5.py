@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -332,6 +333,54 @@ def test_matrices_texts_and_structures_of_matlab(tmp_path: Path) -> None:
     assert arrays["imu.sensor"].tolist() == ["MPU"]
     assert arrays["words"].tolist() == ["deg/s", "m"]
     assert "nothing" not in arrays
+
+
+def _version_5_of_what_is_not_plain(folder: Path, kept: dict[str, Any]) -> Path:
+    from scipy.io import savemat
+
+    cell = np.empty((1, 3), dtype=object)
+    cell[0, :] = [GYRO[:, k].astype(float) for k in range(3)]
+    runs = np.zeros((2,), dtype=[("gyro", object), ("t", object)])
+    runs[:] = [(GYRO[:, 0], np.arange(2000.0)), (GYRO[:, 1], np.arange(2000.0))]
+    savemat(folder / "log.mat", {"cell": cell, "runs": runs, "turning": ACCEL[:, 0] + 1j, **kept})
+    return folder / "log.mat"
+
+
+def _version_73_of_what_is_not_plain(folder: Path, kept: dict[str, Any]) -> Path:
+    def build(file: Any) -> None:
+        references = file.create_group("#refs#")
+        of = [put(references, f"c{k}", GYRO[:, k]).ref for k in range(3)]
+        cell = file.create_dataset("cell", data=np.array(of, dtype=object)[:, None], dtype=h5py.ref_dtype)
+        cell.attrs["MATLAB_class"] = np.bytes_("cell")
+        runs = file.create_group("runs")
+        runs.attrs["MATLAB_class"] = np.bytes_("struct")
+        for name in ("gyro", "t"):
+            runs.create_dataset(name, data=np.array(of[:2], dtype=object)[:, None], dtype=h5py.ref_dtype)
+        pairs = np.zeros((1, 2000), dtype=[("real", "f8"), ("imag", "f8")])
+        file.create_dataset("turning", data=pairs).attrs["MATLAB_class"] = np.bytes_("double")
+        for name, value in kept.items():
+            put(file, name, value)
+
+    return matlab_file(folder, build)
+
+
+@pytest.mark.parametrize("made", [_version_5_of_what_is_not_plain, _version_73_of_what_is_not_plain])
+def test_cells_structures_and_complex_numbers_of_matlab_are_named(
+    tmp_path: Path, made: Callable[[Path, dict[str, Any]], Path]
+) -> None:
+    alone = made(tmp_path, {"fs": 200.0})
+    lines = {"cell": "x = cell{1};", "runs": "x = runs(1);", "turning": "real(turning(:))"}
+    for options in ({}, {"rate": 200.0}):  # the scalar is never taken for the samples
+        with pytest.raises(FormatError) as refused:
+            read(alone, **options)
+        assert all(line in str(refused.value) for line in lines.values())
+    for name, line in lines.items():
+        with pytest.raises(FormatError, match=re.escape(line)):
+            read(alone, variable=name)
+    beside = read(made(tmp_path, {"fs": 200.0, "acc": ACCEL}))
+    assert beside.n_samples == 2000
+    said = beside.notes["source"]["guesses"]
+    assert all(any(line in sentence for sentence in said) for line in lines.values())
 
 
 def test_version_7_3_gives_what_version_5_gives(tmp_path: Path) -> None:

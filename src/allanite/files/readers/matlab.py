@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.files.readers import matlab_hdf5
 from allanite.files.readers.arrays import chosen_table, picked
-from allanite.files.readers.matlab_objects import said_of_objects
+from allanite.files.readers.matlab_objects import CELL, COMPLEX, STRUCTURES, said_of_objects
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import refuse_bomb
 from allanite.files.readers.table import Options, Table
@@ -61,7 +61,7 @@ def read(path: Path, options: Options) -> Table:
         version73 = file.read(len(_VERSION_73)) == _VERSION_73
     faults, arrays = _version73(path) if version73 else _version5(path)
     variable, _ = picked(options.variable)
-    if faults and (not arrays or variable in faults):
+    if faults and (not _holds_samples(arrays) or variable in faults):
         listed_faults = [f"{k} {v}" for k, v in faults.items() if variable in (None, k)]
         raise FormatError(f"{path.name}: {'; '.join(listed_faults[:5])}")
     if not arrays:
@@ -70,6 +70,10 @@ def read(path: Path, options: Options) -> Table:
             "save the samples as matrices: t = data.Time; x = data.Variables; save('log.mat', 't', 'x', '-v7')"
         )
     return chosen_table(arrays, options, path, NAME, [f"not read: {k} {v}" for k, v in faults.items()])
+
+
+def _holds_samples(arrays: Mapping[str, NDArray[Any]]) -> bool:
+    return any(a.dtype.kind in "iuf" and a.size > 1 for a in arrays.values())
 
 
 _Found = tuple[Mapping[str, str], dict[str, NDArray[Any]]]
@@ -151,7 +155,7 @@ def _inflated(file: IO[bytes], length: int, name: str) -> int:
 
 
 def arrays_in(path: str) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
-    """Objects of classes by name, and every real numeric or text array; fields of structures as "structure.field"."""
+    """What is not read by name and class, and every real numeric or text array, "structure.field" of structures."""
     from scipy.io import loadmat
 
     with warnings.catch_warnings():
@@ -161,6 +165,10 @@ def arrays_in(path: str) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
     content = {k: v for k, v in content.items() if not _is_object(v)}
     arrays: dict[str, NDArray[Any]] = {}
     for name, array in _flat(content, 0):
+        kind = _not_read(array)
+        if kind:
+            objects[name] = kind
+            continue
         arrays[name] = array
         refuse_more(len(arrays), PARTS, "variables and fields", Path(path).name, _FEWER)
     return objects, arrays
@@ -193,3 +201,16 @@ def _flat(content: Mapping[str, Any], depth: int) -> Iterator[tuple[str, NDArray
             words = [str(c.reshape(-1)[0]) for c in value.reshape(-1) if getattr(c, "size", 0) == 1]
             if len(words) == value.size:
                 yield name, np.array(words)
+            else:
+                yield name, value
+        elif value.size > 1 and (value.dtype.names or value.dtype.kind == "c"):
+            yield name, value
+
+
+def _not_read(value: NDArray[Any]) -> str:
+    """What an array is that may hold samples and is not read; "" for arrays that are."""
+    if value.dtype.kind == "c":
+        return COMPLEX
+    if value.dtype.names:
+        return STRUCTURES
+    return CELL if value.dtype.kind == "O" else ""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError
 from allanite.files.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
-from allanite.files.readers.matlab_objects import said_of_objects
+from allanite.files.readers.matlab_objects import CELL, COMPLEX, STRUCTURES, said_of_objects
 from allanite.plain_files.regular_file import regular
 
 __all__ = ["arrays_in"]
@@ -55,9 +55,21 @@ def arrays_in(path: str) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
             )
         faults = {_dotted(leaf.path): leaf.refused for leaf in _own(tree) if leaf.refused}
         faults |= said_of_objects(
-            {_dotted(leaf.path): kind for leaf in _own(tree) if (kind := _class_of(leaf))}
+            dict(kept for leaf in _own(tree) if (kept := _not_read(leaf, tree, file, name))[1])
         )
         return faults, dict(_arrays(tree, file, name))
+
+
+def _not_read(leaf: Leaf, tree: Tree, file: Any, name: str) -> tuple[str, str]:
+    """Name and class of what may hold samples and is not read; "" as the class of what is."""
+    kind = text_of(leaf.dataset.attrs.get("MATLAB_class", ""))
+    if leaf.dtype.names == ("real", "imag"):
+        return _dotted(leaf.path), COMPLEX
+    if kind == "cell" and leaf.dtype.hasobject and not _words(leaf, tree, file, name):
+        return _dotted(leaf.path), CELL
+    if not kind and leaf.dtype.hasobject:  # a field, as references to its value in each structure
+        return _dotted(leaf.path.rpartition("/")[0]), STRUCTURES
+    return _dotted(leaf.path), _class_of(leaf)
 
 
 def _class_of(leaf: Leaf) -> str:

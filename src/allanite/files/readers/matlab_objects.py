@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Objects of MATLAB classes: their content is not documented, but one line of MATLAB writes it as a table."""
+"""What a MATLAB file holds and is not read: objects, cells, arrays of structures, complex numbers.
+
+One line of MATLAB writes each as something that is read.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,10 @@ from collections.abc import Mapping
 
 from allanite.plain_files.printable import printable
 
-__all__ = ["said_of_objects"]
+__all__ = ["CELL", "COMPLEX", "STRUCTURES", "said_of_objects"]
+
+#: Names of what is no class of objects; no class of MATLAB has a space in its name.
+CELL, STRUCTURES, COMPLEX = "a cell array", "an array of structures", "an array of complex numbers"
 
 _LINES = {
     "timetable": "writetimetable({0}, 'log.csv')",
@@ -17,6 +23,12 @@ _LINES = {
     "Simulink.SimulationData.Dataset": "writematrix([{0}{{1}}.Values.Time, {0}{{1}}.Values.Data], 'log.csv')",
     "datetime": "t = seconds({0} - {0}(1)); save('log.mat', 't', '-append', '-v7')",
     "duration": "t = seconds({0}); save('log.mat', 't', '-append', '-v7')",
+}
+_SAVED = "save('log.mat', 'x', '-append')"
+_PLAIN_LINES = {
+    CELL: f"x = {{0}}{{{{1}}}}; {_SAVED}",
+    STRUCTURES: f"x = {{0}}(1); {_SAVED}",
+    COMPLEX: f"x = [real({{0}}(:)), imag({{0}}(:))]; {_SAVED}",
 }
 _OTHER = "x = double({0}); save('log.mat', 'x', '-v7')"
 
@@ -28,8 +40,12 @@ def said_of_objects(objects: Mapping[str, str]) -> dict[str, str]:
     ----------
     objects : mapping of name to class
     """
-    return {
-        name: f"is a {printable(kind)}, an object of MATLAB that cannot be read; in MATLAB: "
-        + _LINES.get(kind, _OTHER).format(printable(name) or "x")
-        for name, kind in objects.items()
-    }
+    return {name: _said(printable(name) or "x", kind) for name, kind in objects.items()}
+
+
+def _said(name: str, kind: str) -> str:
+    if kind in _PLAIN_LINES:
+        line = _PLAIN_LINES[kind].format(name)
+        return f"is {kind}; in MATLAB, save what is needed of it as a plain array: {line}"
+    line = _LINES.get(kind, _OTHER).format(name)
+    return f"is a {printable(kind)}, an object of MATLAB that cannot be read; in MATLAB: {line}"
