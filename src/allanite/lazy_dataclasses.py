@@ -113,7 +113,12 @@ def _eq_of(values: Callable[[Any], tuple[Any, ...]]) -> Callable[[Any, object], 
 
 def _alike(one: Any, other: Any) -> bool:
     """Equality of values that may be, or hold, arrays; numbers that are missing (NaN) in both are alike."""
-    if hasattr(one, "dtype") and hasattr(other, "dtype"):
+    if (
+        hasattr(one, "dtype")
+        and hasattr(other, "dtype")
+        and hasattr(one, "shape")
+        and hasattr(other, "shape")
+    ):
         from numpy import array_equal
 
         return array_equal(one, other, equal_nan=one.dtype.kind in "fc" and other.dtype.kind in "fc")

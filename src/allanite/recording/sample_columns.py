@@ -8,7 +8,7 @@ on a longer grid. Only the block that is read is turned into float64.
 from __future__ import annotations
 
 import mmap
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +18,11 @@ from allanite.lazy_dataclasses import dataclass
 
 __all__ = [
     "ArrayColumn",
+    "Bound",
     "Calculated",
     "Column",
+    "Compared",
+    "Decoded",
     "Masked",
     "Slice",
     "Spliced",
@@ -31,6 +34,7 @@ __all__ = [
     "torn",
 ]
 
+_COMPARED = 1 << 20  # samples compared at once
 _PROBED = 1 << 16  # samples that tell where most of a column lies
 _NEAR = 0.25  # of them that must lie within 2**53 of the base
 _FITS_64_BITS = float(1 << 62)
@@ -59,7 +63,30 @@ class Column(Protocol):
         ...
 
 
-class Calculated:
+class Compared:
+    """What columns have that are equal where their samples are, however these are stored."""
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Compared):
+            return NotImplemented
+        one, two = cast(Column, self), cast(Column, other)
+        return (
+            len(one) == len(two)
+            and one.origin == two.origin
+            and all(
+                np.array_equal(one.read(at, at + _COMPARED), two.read(at, at + _COMPARED), equal_nan=True)
+                for at in range(0, len(one), _COMPARED)
+            )
+        )
+
+    def __hash__(self) -> int:
+        column = cast(Column, self)
+        return hash((len(column), column.origin))
+
+
+class Calculated(Compared):
     """What every column has whose samples are made as they are read: they are float64, and nothing is removed."""
 
     __slots__ = ()
@@ -73,7 +100,17 @@ class Calculated:
         return np.dtype(np.float64)
 
 
-class ArrayColumn:
+class Bound(Compared):
+    """What columns have that are bound to an open file or another library: another process gets their samples."""
+
+    __slots__ = ()
+
+    def __reduce__(self) -> tuple[type[Decoded], tuple[Samples, np.dtype[Any], float]]:
+        column = cast(Column, self)
+        return Decoded, (column.read(0, len(column)), column.dtype, column.origin)
+
+
+class ArrayColumn(Compared):
     """A column over a NumPy array or memory map of any real type; nothing is copied but the block read."""
 
     __slots__ = ("_array", "_base", "origin")
@@ -94,6 +131,29 @@ class ArrayColumn:
         part = self._array[start:stop]
         let_go(self._array, start)
         return np.asarray(part, dtype=np.float64) if self._base == 0 else less_base(part, self._base)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decoded(Compared):
+    """The samples of a `Bound` column in another process.
+
+    Attributes
+    ----------
+    samples : ndarray of float64
+        What `read` gave of the other column.
+    dtype, origin
+        Of the other column.
+    """
+
+    samples: Samples
+    dtype: np.dtype[Any]
+    origin: float
+
+    def __len__(self) -> int:
+        return len(self.samples)
+
+    def read(self, start: int, stop: int) -> Samples:
+        return self.samples[start:stop]
 
 
 def let_go(array: NDArray[Any], before: int) -> None:

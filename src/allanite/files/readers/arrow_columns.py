@@ -25,7 +25,7 @@ from allanite.plain_files.arrow_numbers import numbers_of, whole_numbers_of
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.records import Channel, Column
-from allanite.recording.sample_columns import less_base, middle, torn
+from allanite.recording.sample_columns import Bound, less_base, middle, torn
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -37,7 +37,7 @@ DESCRIPTION = b"allanite"
 _KEPT_GROUPS, _LARGE = 3, 1 << 20  # groups kept of a column; of larger ones [bytes] only one
 
 
-class _LazyColumn:
+class _LazyColumn(Bound):
     """A column that is decoded group by group; the groups read last are kept."""
 
     __slots__ = ("_column", "_decode", "_edges", "_kept", "_lock", "_whole", "dtype", "origin")

@@ -18,7 +18,7 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.arrow_numbers import numbers_of
 from allanite.plain_files.regular_file import open_regular
 from allanite.recording.channel_names import for_shell
-from allanite.recording.sample_columns import Calculated
+from allanite.recording.sample_columns import Bound, Calculated
 
 __all__ = ["RowColumn", "RunRows", "SegmentRows"]
 
@@ -84,7 +84,7 @@ class SegmentRows:
             return numbers_of(whole)[self.skip :]
 
 
-class RowColumn(Calculated):
+class RowColumn(Bound, Calculated):
     """One channel of a run, its samples one after another without the gaps."""
 
     __slots__ = ("_edges", "_kept", "_lock", "_name", "_rows")
