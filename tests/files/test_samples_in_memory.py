@@ -208,9 +208,21 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         lambda: Recording.from_samples(_xarray().expand_dims(unit=2).to_dataset(name="gyro")),
         "isel",
     ),
+    "units in a list": (lambda: Recording.from_samples(SAMPLES, rate=1.0, unit=[UNIT] * 3), "unit must be"),  # type: ignore[arg-type]
+    "a unit in bytes": (lambda: Recording.from_samples(SAMPLES, rate=1.0, unit=b"g"), "unit must be"),  # type: ignore[arg-type]
+    "no unit of one": (lambda: Recording.from_samples(SAMPLES, rate=1.0, unit={"x": None}), "unit must be"),  # type: ignore[dict-item]
+    "a number as scale factor": (lambda: _of(SAMPLES, rate=1.0, scale_factor=131.0), "scale_factor must be"),
+    "channels by number": (lambda: _of(SAMPLES, rate=1.0, channels=[0, 2]), "channels must be names"),
+    "a channel by number": (lambda: _of(SAMPLES, rate=1.0, channels=0), "channels must be names"),
+    "time by number": (lambda: _of(SAMPLES, time=0), "time= needs a column"),
+    "a start in words": (lambda: _of(SAMPLES, rate=1.0, start="a"), "start must be seconds"),
+    "an end as a moment": (lambda: _of(SAMPLES, rate=1.0, stop=MOMENTS[0]), "stop must be seconds"),
+    "names beside those of a frame": (lambda: _of(_pandas(), names=NAMES), "rename them there"),
+    "names beside those of a mapping": (lambda: _of(_columns(), rate=1.0, names=NAMES), "rename them there"),
     "a carrier alone": (lambda: _of(SAMPLES, rate=1.0, carrier=1e7), "kind="),
     "read of a frame": (lambda: al.read(_pandas()), "from_samples"),  # type: ignore[arg-type]
     "read of a mapping": (lambda: al.read(_columns()), "from_samples"),  # type: ignore[arg-type]
+    "read with time by number": (lambda: al.read(__file__, time=0), "time must name a column"),  # type: ignore[arg-type]
     "read of bytes": (lambda: al.read(io.BytesIO(b"1,2")), "write_bytes"),  # type: ignore[arg-type]
 }
 

@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -226,3 +227,14 @@ def test_every_static_recording_is_characterised(
         for model in study.models.values():
             b = model.estimate("B")
             assert b is not None and not b.supported
+
+
+@pytest.mark.parametrize(
+    "wrong", [lambda study: study, lambda study: list(study.models), lambda study: {"x": 5}]
+)
+def test_saved_models_are_models_by_name(
+    study: al.Study, tmp_path: Path, wrong: Callable[[Any], Any]
+) -> None:
+    with pytest.raises(InputError, match=r"study\.models"):
+        al.save_models(wrong(study), tmp_path / "models.json")
+    assert al.save_models(study.models, tmp_path / "models.json").exists()

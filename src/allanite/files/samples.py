@@ -61,6 +61,10 @@ def _what(data: object) -> str:
 
 
 def _table(data: Any, names: Sequence[str] | None, options: Options, what: str) -> Table:
+    if names is not None and (
+        isinstance(data, Mapping) or hasattr(data, "__arrow_c_stream__") or hasattr(data, "columns")
+    ):
+        raise InputError(f"{what}: names= goes with an array; its columns have names: rename them there")
     if _is_of(data, "xarray"):
         return _of_xarray(data, what)
     if _is_of(data, "pandas"):
@@ -201,7 +205,7 @@ def _of_xarray(data: Any, what: str) -> Table:
 
 def _with_time(table: Table, time: object, unit: str | None, what: str) -> Table:
     """The table with stamps that were given apart as its last column."""
-    array = _array(time, what)
+    array = _array(time, what) if np.ndim(time) else np.asarray(time)  # type: ignore[arg-type]
     if array.ndim != 1 or array.dtype.kind not in "iufmM":
         raise InputError(
             "time= needs a column of seconds or of dates and times, or the name of a column, not "

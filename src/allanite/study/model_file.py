@@ -156,9 +156,18 @@ def save_models(
 
     Raises
     ------
+    InputError
+        Something else than models by name.
     StorageError
         The file exists and `force` is not given, or the disk refuses.
     """
+    if not isinstance(models, Mapping) or not all(
+        isinstance(m, (NoiseModel, Mapping)) for m in models.values()
+    ):
+        raise InputError(
+            "save_models needs noise models by channel name, as in {'gyro': al.fit(recording)} or study.models, not "
+            f"{models!r:.60}"
+        )
     plain = {name: m.to_json() if isinstance(m, NoiseModel) else m for name, m in models.items()}
     with fresh(path, force=force) as place:
         place.write_text(json.dumps(plain, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")

@@ -196,8 +196,6 @@ def _per_channel(
         return {}
     if isinstance(option, str):
         return {i: option for i, h in named.items() if h.group not in ("other", "temperature", "counter")}
-    if not isinstance(option, Mapping):
-        raise InputError(f"{what} must be a text or a mapping of channel or group to text, not {option!r}")
     result: dict[int, str] = {}
     for rank in (_is_prefix, _is_group, _is_name):  # the closest match is written last
         for key, text in option.items():

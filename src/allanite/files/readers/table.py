@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import field
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.errors import InputError
 from allanite.files.readers.stamp_table import TimeChoice
 from allanite.files.readers.stated_rate import RateDoubt
 from allanite.lazy_dataclasses import dataclass
@@ -52,12 +53,30 @@ class Options:
     kind: str | None = None
     carrier: float | None = None
 
+    def __post_init__(self) -> None:
+        for what, option in (("unit", self.unit), ("scale_factor", self.scale_factor)):
+            _refuse_other_than_texts(what, option)
+        names = [self.channels] if self.channels is None or isinstance(self.channels, str) else self.channels
+        if not isinstance(names, Iterable) or not all(isinstance(n, str) for n in names if n is not None):
+            raise InputError(f"channels must be names, as in ['gyro_x', 'gyro_y'], not {self.channels!r}")
+        if not isinstance(self.time, str | None):
+            raise InputError(f"time must name a column, as in 't' or 't:ms', not {self.time!r}")
+        for what, moment in (("start", self.start), ("stop", self.stop)):
+            if not isinstance(moment, int | float | np.integer | np.floating | None):
+                raise InputError(f"{what} must be seconds since the first sample, not {moment!r}")
+
     @property
     def channel_names(self) -> list[str] | None:
         """The channels that are asked for; one alone may be given without a list."""
         if self.channels is None:
             return None
         return [self.channels] if isinstance(self.channels, str) else list(self.channels)
+
+
+def _refuse_other_than_texts(what: str, option: object) -> None:
+    texts = list(option.values()) if isinstance(option, Mapping) else [option or ""]
+    if not all(isinstance(text, str) for text in texts):
+        raise InputError(f"{what} must be a text or a mapping of channel or group to text, not {option!r}")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
