@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib.util
+import io
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 
 from allanite.errors import InputError
 from allanite.files.readers import read, tdms
+from allanite.files.readers.tdms_starts import starts_of
 from allanite.recording.records import Kind
 from hostile_files import inline, mutations, outcomes, tally
 
@@ -195,3 +197,107 @@ def test_real_files(real_data: Callable[[str], Path]) -> None:
     assert set(np.unique(line.values(line.names[0]))) == {0.0, 1.0}
     assert str(line.columns[0].dtype) == "uint8"
     assert sum("Decimated" in c for c in line.notes["source"]["contents"]) == 2
+
+
+# -- several acquisitions in one file ----------------------------------------------------------------------
+
+T0 = np.datetime64("2026-03-01T12:00:00.250000")
+
+
+def acquisitions(path: Path, lengths: list[int], starts: list[float | None], step: float, kind: str) -> Any:
+    """A segment for each length, two channels and a text; the start is set where it is given [s after T0]."""
+    samples = RNG.normal(size=(sum(lengths), 2)).astype(kind)
+    with nptdms.TdmsWriter(path) as writer:
+        at = 0
+        for length, start in zip(lengths, starts, strict=True):
+            wave: dict[str, Any] = {"wf_increment": step, "unit_string": "deg/s"}
+            if start is not None:
+                wave["wf_start_time"] = T0 + np.timedelta64(round(start * 1e6), "us")
+            block = samples[at : at + length]
+            writer.write_segment(
+                [
+                    nptdms.ChannelObject("IMU", name, np.ascontiguousarray(block[:, k]), properties=wave)
+                    for k, name in enumerate(("gyro x", "gyro y"))
+                ]
+                + [nptdms.ChannelObject("IMU", "note", ["é" * at, "b"], properties={"by": "me", "on": True})]
+            )
+            at += length
+    return samples
+
+
+@pytest.mark.parametrize("kind", ["f8", "f4", "i2"])
+@pytest.mark.parametrize(
+    ("lengths", "pauses"),
+    [([300, 200, 100], [20.0, 0.5]), ([50, 400], [3600.0]), ([40, 1, 70, 90], [0.0, 2.0, 0.0])],
+)
+def test_a_pause_between_acquisitions_is_a_gap(
+    tmp_path: Path, lengths: list[int], pauses: list[float], kind: str
+) -> None:
+    step = 0.01
+    begins = np.concatenate(([0.0], np.cumsum(np.array(lengths[:-1]) * step + pauses)))
+    samples = acquisitions(tmp_path / "log.tdms", lengths, [float(b) for b in begins], step, kind)
+    recording = read(tmp_path / "log.tdms")
+    assert recording.start == pytest.approx(int(T0.astype("datetime64[ns]").astype(np.int64)), abs=1000)
+    expected = np.full(recording.n_samples, np.nan)
+    for begin, length, end in zip(begins, lengths, np.cumsum(lengths), strict=True):
+        place = round(begin / step)
+        expected[place : place + length] = samples[end - length : end, 1]
+    assert np.array_equal(recording.values("gyro_y"), expected, equal_nan=True)
+    assert "acquisitions" in recording.notes["source"]["guesses"][-1]
+
+
+@pytest.mark.parametrize(
+    "starts",
+    [
+        [0.0, 2.0, 5.0],  # each block from the end of the one before
+        [0.0, 2.003, 4.996],  # stamped by the clock of the computer
+        [0.0, 0.0, 0.0],  # the start written again
+        [0.0, None, None],
+    ],
+)
+def test_blocks_of_one_acquisition_are_not_torn_apart(tmp_path: Path, starts: list[float | None]) -> None:
+    samples = acquisitions(tmp_path / "log.tdms", [200, 300, 100], starts, 0.01, "f8")
+    recording = read(tmp_path / "log.tdms")
+    assert recording.rate == 100.0
+    assert recording.start == int(T0.astype("datetime64[ns]").astype(np.int64))
+    assert np.array_equal(recording.values("gyro_x"), samples[:, 0])
+
+
+def daqmx_segment(order: str, moment: float, rows: int, chunks: int) -> bytes:
+    """Two channels of 16 bits in one buffer, with the start time that an acquisition logs."""
+
+    def text(words: str) -> bytes:
+        return struct.pack(order + "I", len(words)) + words.encode()
+
+    whole = int(moment)
+    stamp = (int((moment - whole) * 2**64), whole + 2_082_844_800)
+    objects = b""
+    for k in range(2):
+        objects += text(f"/'g'/'c{k}'") + struct.pack(order + "IIIQ", 0x1269, 0xFFFFFFFF, 1, rows)
+        objects += struct.pack(order + "IIIIII", 1, 3, 0, 2 * k, 0, 0) + struct.pack(order + "II", 1, 4)
+        objects += (
+            struct.pack(order + "I", 3) + text("unit_string") + struct.pack(order + "I", 0x20) + text("deg/s")
+        )
+        objects += text("wf_increment") + struct.pack(order + "Id", 10, 0.01)
+        objects += text("wf_start_time") + struct.pack(order + "I", 0x44)
+        objects += struct.pack("<Qq", *stamp) if order == "<" else struct.pack(">qQ", *stamp[::-1])
+    objects = struct.pack(order + "I", 2) + objects
+    toc = 0b1000_1110 | (0b100_0000 if order == ">" else 0)
+    raw = bytes(4 * rows * chunks)
+    lead = (
+        b"TDSm"
+        + struct.pack("<I", toc)
+        + struct.pack(order + "IQQ", 4713, len(objects) + len(raw), len(objects))
+    )
+    return lead + objects + raw
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_the_starts_of_acquisitions_by_daqmx(order: str) -> None:
+    moments = (1_772_366_400.25, 1_772_366_500.75)
+    content = daqmx_segment(order, moments[0], 30, 3) + daqmx_segment(order, moments[1], 50, 1)
+    for channel in ("/'g'/'c0'", "/'g'/'c1'"):
+        starts = starts_of(io.BytesIO(content), len(content), channel)
+        assert [start.sample for start in starts] == [0, 90]
+        assert [start.moment for start in starts] == [round(moment * 1e9) for moment in moments]
+    assert starts_of(io.BytesIO(content[:100]), 100, channel) == []

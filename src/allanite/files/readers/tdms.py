@@ -23,9 +23,10 @@ from allanite.files.readers.headings import read_heading
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import GrowingColumn, refuse_bomb
 from allanite.files.readers.table import Options, Table
+from allanite.files.readers.tdms_starts import starts_of, times_of
 from allanite.plain_files.extras import require
 from allanite.plain_files.limits import PARTS, refuse_more
-from allanite.plain_files.regular_file import regular
+from allanite.plain_files.regular_file import open_regular, regular
 from allanite.recording.records import ArrayColumn
 
 NAME: Final = "LabVIEW TDMS"
@@ -38,6 +39,8 @@ _PIECE = 1 << 20  # samples read at once
 _NOT_SET = 0
 _UNIT_KEYS: Final = ("unit_string", "NI_UnitDescription", "NI_Unit", "Unit", "unit")
 _STEP_KEYS: Final = ("wf_increment",)
+_START: Final = "wf_start_time"
+_TIME: Final = "time"  # heading of the times of several acquisitions
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -127,9 +130,19 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
             )
         arrays = {str(i): _samples(channel, length) for i, channel in enumerate(taken)}
         start = _start(taken[0].properties) if taken else None
+        headings, units = [c.name for c in taken], [_unit(c.properties) for c in taken]
+        if len(rates) == 1 and start is not None and not any(_is_time(c) for c in taken):
+            with open_regular(Path(path)) as whole:
+                starts = starts_of(whole, size, taken[0].path)
+            start += starts[0].moment - starts[-1].moment if starts else 0  # the library has the last one
+            times = times_of(starts, length, rates[0])
+            if times is not None:
+                arrays[str(len(headings))] = times
+                headings, units, rates = [*headings, _TIME], [*units, ""], []
+                left = [*left, f"acquisitions placed by their {_START}: it is set {len(starts)} times"]
         facts = {
-            "headings": [c.name for c in taken],
-            "units": [_unit(c.properties) for c in taken],
+            "headings": headings,
+            "units": units,
             "rate": float(f"{1.0 / rates[0]:.14g}") if rates else None,
             "start": start,
             "guesses": [*guesses, *left],
@@ -212,7 +225,7 @@ def _step(channel: Any) -> float | None:
 
 def _start(properties: Mapping[str, Any]) -> int | None:
     """UTC of the first sample [ns since 1970]; None where LabVIEW left it at its zero, 1904."""
-    moment = properties.get("wf_start_time")
+    moment = properties.get(_START)
     if not isinstance(moment, np.datetime64):
         return None
     start = int(moment.astype("datetime64[ns]").astype(np.int64))
