@@ -335,6 +335,30 @@ def test_matrices_texts_and_structures_of_matlab(tmp_path: Path) -> None:
     assert "nothing" not in arrays
 
 
+@pytest.mark.parametrize("describing", [{"fs": 200.0}, {"t": 0.005 * np.arange(2000)}, {"dt_ms": 5.0}])
+@pytest.mark.parametrize("version", [5, 7.3])
+def test_what_stands_beside_a_structure_describes_it(
+    tmp_path: Path, describing: dict[str, Any], version: float
+) -> None:
+    from scipy.io import savemat
+
+    def build(file: Any) -> None:
+        imu = file.create_group("imu")
+        imu.attrs["MATLAB_class"] = np.bytes_("struct")
+        put(imu, "gyro", GYRO)
+        for name, value in describing.items():
+            put(file, name, value)
+        put(file, "other", ACCEL)
+
+    if version == 5:
+        savemat(tmp_path / "log.mat", {"imu": {"gyro": GYRO}, "other": ACCEL, **describing})
+    else:
+        matlab_file(tmp_path, build)
+    recording = read(tmp_path / "log.mat", variable="imu")
+    assert recording.names == ("gyro_x", "gyro_y", "gyro_z")
+    assert recording.rate == pytest.approx(200.0)
+
+
 def _version_5_of_what_is_not_plain(folder: Path, kept: dict[str, Any]) -> Path:
     from scipy.io import savemat
 

@@ -299,5 +299,24 @@ def test_the_starts_of_acquisitions_by_daqmx(order: str) -> None:
     for channel in ("/'g'/'c0'", "/'g'/'c1'"):
         starts = starts_of(io.BytesIO(content), len(content), channel)
         assert [start.sample for start in starts] == [0, 90]
-        assert [start.moment for start in starts] == [round(moment * 1e9) for moment in moments]
+        assert [start.moment for start in starts] == [round(moment * 1e6) * 1000 for moment in moments]
     assert starts_of(io.BytesIO(content[:100]), 100, channel) == []
+
+
+@pytest.mark.parametrize("where", ["channel", "group", "file"])
+@pytest.mark.parametrize("stated", [{"SampleRate": 50.0}, {"fs_Hz": 50}, {"dt": 0.02}])
+def test_a_rate_of_other_properties_counts_without_an_increment(
+    tmp_path: Path, where: str, stated: dict[str, Any]
+) -> None:
+    levels = {"file": {}, "group": {}, "channel": {"unit_string": "deg/s"}}
+    levels[where] |= stated
+    with nptdms.TdmsWriter(tmp_path / "log.tdms") as writer:
+        writer.write_segment(
+            [
+                nptdms.RootObject(levels["file"]),
+                nptdms.GroupObject("g", levels["group"]),
+                nptdms.ChannelObject("g", "gyro", RATES[:, 0], properties=levels["channel"]),
+            ]
+        )
+    recording = read(tmp_path / "log.tdms")
+    assert recording.rate == 50.0 and next(iter(stated)) in recording.notes["timebase"]["source"]

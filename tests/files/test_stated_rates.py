@@ -17,6 +17,7 @@ from allanite.errors import InputError
 from allanite.files.readers import hdf5, read
 from allanite.files.readers.delimited.preamble import rate_in
 from allanite.files.readers.stamp_units import FACTORS, StampSteps, candidates
+from allanite.files.readers.stated_rate import keyed_statement
 from allanite.recording.records import Recording
 from hostile_files import inline
 
@@ -307,7 +308,7 @@ def test_packed_values_are_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             )
         values = read(tmp_path / "log.h5").values("gyro_x")
         wanted = stored * (1.0 if scale is None else scale) + (0.0 if offset is None else offset)
-        gap = np.full(N, False) if scale is None and offset is None else stored == -7
+        gap = stored == -7
         assert np.array_equal(np.isnan(values), gap)
         np.testing.assert_allclose(values[~gap], wanted[~gap], rtol=1e-15)
 
@@ -340,3 +341,30 @@ def test_a_line_without_end_takes_no_longer_than_its_beginning(part: str) -> Non
     for line in (part * 100_000, "fs=" + part * 100_000):
         rate_in([line])
     assert time.process_time() - begun < 2.0
+
+
+# -- units at the end of a name ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("form", ["{}_{}", "{} ({})", "{}[{}]", "{}_[{}]"])
+def test_a_unit_at_the_end_of_a_name_is_that_of_the_number(form: str) -> None:
+    for name, (unit, size) in product(
+        ("sample_rate", "fs", "Sampling_Frequency"), (("Hz", 1.0), ("kHz", 1e3))
+    ):
+        stated = keyed_statement(form.format(name, unit), 200.0 / size, "attribute")
+        assert stated is not None and stated.clear and stated.readings == (pytest.approx(200.0),)
+    for name, (unit, size) in product(("dt", "Ts", "sample_interval"), FACTORS.items()):
+        if unit not in ("s", "ms", "us", "ns"):
+            continue
+        stated = keyed_statement(form.format(name, unit), 0.005 / size, "attribute")
+        assert stated is not None and stated.clear and stated.readings == (pytest.approx(200.0),)
+
+
+@pytest.mark.parametrize("key", ["dt_hz", "fs_ms", "range_hz", "bias_s", "temperature_s", "odr_setting"])
+def test_a_unit_that_does_not_fit_the_name_states_nothing(key: str) -> None:
+    assert keyed_statement(key, 100.0, "attribute") is None
+
+
+def test_the_frequency_of_a_clock_is_none_of_samples_with_its_unit_too() -> None:
+    assert keyed_statement("frequency_hz", 24e6, "attribute") is None
+    assert keyed_statement("dt_ms", 0.0, "attribute") is None

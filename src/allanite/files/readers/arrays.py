@@ -170,9 +170,20 @@ def chosen_table(
 def _of_structure(
     arrays: dict[str, NDArray[Any]], variable: str | None
 ) -> tuple[dict[str, NDArray[Any]], str | None]:
-    """If a structure is asked for, its fields only."""
+    """If a structure is asked for, its fields, and of what is outside of all structures that describes them."""
     fields = {k: a for k, a in arrays.items() if variable is not None and k.startswith(f"{variable}.")}
-    return (fields, None) if fields else (arrays, variable)
+    if not fields:
+        return arrays, variable
+    lengths = {length_of(a.shape) for a in fields.values()}
+    inside = {k.rpartition(".")[2] for k in fields}
+    describing = {
+        k: a
+        for k, a in arrays.items()
+        if "." not in k
+        and k not in inside
+        and (a.size == 1 or (may_be_time(k) and length_of(a.shape) in lengths))
+    }
+    return {**fields, **describing}, None
 
 
 def _plain_names(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

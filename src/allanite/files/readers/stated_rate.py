@@ -9,6 +9,7 @@ unit is judged as a column of intervals is (`stamp_units`).
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Sequence
 from typing import Final
 
@@ -37,6 +38,9 @@ _INTERVAL_KEYS: Final = {
     "dt": EXPLICIT, "ts": EXPLICIT, "sample_interval": EXPLICIT, "sampling_interval": EXPLICIT,
     "sampling_period": EXPLICIT, "period": BARE,
 }  # fmt: skip
+#: sample_rate_hz, fs[kHz], dt (ms).
+_UNIT_AT_END: Final = re.compile(r"(.+?)[\s_]*[\s_(\[](k?hz|s|ms|us|ns)[)\]]?")
+_HERTZ: Final = {"hz": 1.0, "khz": 1e3}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -159,6 +163,14 @@ def interval_statement(where: str, interval: float, rank: int) -> Statement | No
 def keyed_statement(key: str, value: float, what: str) -> Statement | None:
     """The statement of a number under a key, of an array, an attribute or metadata (`what`); None for another key."""
     where, plain = f"{what} {key!r}", key.lower()
+    named = _UNIT_AT_END.fullmatch(plain)
+    if named is not None and (named[1] in _RATE_KEYS) == (named[2] in _HERTZ):
+        plain, unit = named.groups()
+        if plain in _INTERVAL_KEYS:
+            return (
+                rate_statement(where, 1.0 / (value * FACTORS[unit]), _INTERVAL_KEYS[plain]) if value else None
+            )
+        value *= _HERTZ.get(unit, 1.0)
     if plain in _INTERVAL_KEYS:
         return interval_statement(where, value, _INTERVAL_KEYS[plain])
     if plain not in _RATE_KEYS or not math.isfinite(value):

@@ -22,6 +22,7 @@ from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.headings import read_heading
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import GrowingColumn, refuse_bomb
+from allanite.files.readers.stated_rate import StatedRate, chosen_rate, keyed_statement
 from allanite.files.readers.table import Options, Table
 from allanite.files.readers.tdms_starts import starts_of, times_of
 from allanite.plain_files.extras import require
@@ -90,7 +91,7 @@ def read(path: Path, options: Options) -> Table:
         units_from="metadata" if any(facts["units"]) else "none",
         time_units=time_units,
         rate=facts["rate"],
-        rate_from="property wf_increment" if facts["rate"] else "",
+        rate_from=facts["rate_from"],
         start=None if time_units else facts["start"],
         source={"size_bytes": size, **facts["source"]},
         guesses=tuple(facts["guesses"]),
@@ -129,6 +130,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
                 f"{name}: channels of different rates in {part.name}; read one: variable= of {listing}"
             )
         arrays = {str(i): _samples(channel, length) for i, channel in enumerate(taken)}
+        stated = _stated(taken, file[part.name], file) if not rates else StatedRate()
         start = _start(taken[0].properties) if taken else None
         headings, units = [c.name for c in taken], [_unit(c.properties) for c in taken]
         if len(rates) == 1 and start is not None and not any(_is_time(c) for c in taken):
@@ -143,9 +145,10 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
         facts = {
             "headings": headings,
             "units": units,
-            "rate": float(f"{1.0 / rates[0]:.14g}") if rates else None,
+            "rate": float(f"{1.0 / rates[0]:.14g}") if rates else stated.rate,
+            "rate_from": "property wf_increment" if rates else stated.where,
             "start": start,
-            "guesses": [*guesses, *left],
+            "guesses": [*guesses, *left, *stated.guesses],
             "source": {"group": part.name, "contents": listed(parts)},
         }
     return facts, arrays
@@ -221,6 +224,16 @@ def _step(channel: Any) -> float | None:
         if math.isfinite(step) and step > 0:
             return step
     return None
+
+
+def _stated(channels: list[Any], group: Any, file: Any) -> StatedRate:
+    """The rate by a property such as SampleRate: of a channel, else of the group, else of the file."""
+    for properties in (*(c.properties for c in channels), group.properties, file.properties):
+        numbers = {str(k): float(v) for k, v in properties.items() if isinstance(v, (int, float, np.number))}
+        stated = chosen_rate(keyed_statement(key, value, "property") for key, value in numbers.items())
+        if stated.rate is not None:
+            return stated
+    return StatedRate()
 
 
 def _start(properties: Mapping[str, Any]) -> int | None:
