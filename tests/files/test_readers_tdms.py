@@ -298,8 +298,8 @@ def test_the_starts_of_acquisitions_by_daqmx(order: str) -> None:
     content = daqmx_segment(order, moments[0], 30, 3) + daqmx_segment(order, moments[1], 50, 1)
     for channel in ("/'g'/'c0'", "/'g'/'c1'"):
         starts = starts_of(io.BytesIO(content), len(content), channel)
-        assert [start.sample for start in starts] == [0, 90]
-        assert [start.moment for start in starts] == [round(moment * 1e6) * 1000 for moment in moments]
+        assert [sample for _, sample in starts] == [0, 90]
+        assert [moment for moment, _ in starts] == [round(moment * 1e6) * 1000 for moment in moments]
     assert starts_of(io.BytesIO(content[:100]), 100, channel) == []
 
 

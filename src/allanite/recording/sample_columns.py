@@ -22,7 +22,7 @@ __all__ = [
     "Calculated",
     "Column",
     "Compared",
-    "Decoded",
+    "Detached",
     "Masked",
     "Slice",
     "Spliced",
@@ -105,9 +105,9 @@ class Bound(Compared):
 
     __slots__ = ()
 
-    def __reduce__(self) -> tuple[type[Decoded], tuple[Samples, np.dtype[Any], float]]:
+    def __reduce__(self) -> tuple[type[Detached], tuple[Samples, np.dtype[Any], float]]:
         column = cast(Column, self)
-        return Decoded, (column.read(0, len(column)), column.dtype, column.origin)
+        return Detached, (column.read(0, len(column)), column.dtype, column.origin)
 
 
 class ArrayColumn(Compared):
@@ -134,16 +134,8 @@ class ArrayColumn(Compared):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Decoded(Compared):
-    """The samples of a `Bound` column in another process.
-
-    Attributes
-    ----------
-    samples : ndarray of float64
-        What `read` gave of the other column.
-    dtype, origin
-        Of the other column.
-    """
+class Detached(Compared):
+    """The samples of a `Bound` column in another process."""
 
     samples: Samples
     dtype: np.dtype[Any]

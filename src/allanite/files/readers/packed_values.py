@@ -91,15 +91,15 @@ def is_offset(key: str) -> bool:
 def said_of_unapplied(name: str, unapplied: Mapping[str, float], unit: str) -> str:
     """What is said of a dataset whose scaling is not applied; `unit` is the one that its counts do not have, or ""."""
     listed = " and ".join(f"{key} {value:g}" for key, value in unapplied.items())
-    said = f"{name}: {listed} not applied (only scale_factor and add_offset are defined)"
+    sentence = f"{name}: {listed} not applied (only scale_factor and add_offset are defined)"
     factors = [value for key, value in unapplied.items() if not is_offset(key)]
     if not unit:
-        return said
-    said += f": read as counts, not in {unit}"
+        return sentence
+    sentence += f": read as counts, not in {unit}"
     if len(factors) != 1 or factors[0] <= 0:
-        return said
+        return sentence
     counts = factors[0] if factors[0] > 1 else 1.0 / factors[0]
-    return f'{said}; if {counts:.9g} counts are 1 {unit}, --scale-factor "{counts:.9g} LSB/({unit})"'
+    return f'{sentence}; if {counts:.9g} counts are 1 {unit}, --scale-factor "{counts:.9g} LSB/({unit})"'
 
 
 def _numbers(value: Any) -> list[float]:

@@ -136,7 +136,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
         if len(rates) == 1 and start is not None and not any(_is_time(c) for c in taken):
             with open_regular(Path(path)) as whole:
                 starts = starts_of(whole, size, taken[0].path)
-            start += starts[0].moment - starts[-1].moment if starts else 0  # the library has the last one
+            start += starts[0][0] - starts[-1][0] if starts else 0  # the library has the last one
             times = times_of(starts, length, rates[0])
             if times is not None:
                 arrays[str(len(headings))] = times

@@ -15,8 +15,6 @@ from typing import IO, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.lazy_dataclasses import dataclass
-
 __all__ = ["Start", "starts_of", "times_of"]
 
 _LEAD: Final = 28
@@ -33,21 +31,10 @@ _UNTIL_1970 = 2_082_844_800  # seconds from 1904
 _LEAST_GAP = 0.1  # [s]; the clock of a computer that stamps the blocks of one acquisition wanders by less
 
 
-@dataclass(frozen=True, slots=True)
-class Start:
-    """A start time [ns since 1970] and the number of the sample that it belongs to."""
-
-    moment: int
-    sample: int
-
-
-@dataclass(frozen=True, slots=True)
-class _Index:
-    """What one object has in each chunk of a segment: samples, and bytes, which channels of DAQmx share."""
-
-    count: int
-    size: int
-    shared: bool = False
+#: A start time [ns since 1970], and the number of the sample that it belongs to.
+Start = tuple[int, int]
+#: What one object has in each chunk of a segment: samples; bytes of its own; bytes of DAQmx, which channels share.
+_Index = tuple[int, int, int]
 
 
 class _Metadata:
@@ -78,8 +65,8 @@ class _Metadata:
             scalers = self.number("I")
             self._at += scalers * _DAQMX[length]
             widths = [self.number("I") for _ in range(self.number("I"))]
-            return _Index(count, count * sum(widths), shared=True)
-        return _Index(count, self.number("Q") if kind == _TEXT else count * _SIZES[kind])
+            return count, 0, count * sum(widths)
+        return count, self.number("Q") if kind == _TEXT else count * _SIZES[kind], 0
 
     def start(self) -> int | None:
         """The start time among the properties of an object."""
@@ -98,16 +85,7 @@ class _Metadata:
 
 
 def starts_of(file: IO[bytes], size: int, channel: str) -> list[Start]:
-    """The start times of a channel in their order, as far as the structure of the file is plain.
-
-    Parameters
-    ----------
-    file : binary file
-    size : int
-        Its bytes.
-    channel : str
-        Path of the channel, "/'group'/'channel'".
-    """
+    """The start times of a channel, "/'group'/'channel'", in their order."""
     starts: list[Start] = []
     known: dict[str, _Index | None] = {}
     listed: list[str] = []
@@ -129,44 +107,31 @@ def starts_of(file: IO[bytes], size: int, channel: str) -> list[Start]:
                     listed += [] if path in listed else [path]
                     moment = content.start()
                     if path == channel and moment is not None:
-                        starts.append(Start(moment, samples))
-            chunk = _chunk([index for path in listed if (index := known.get(path)) is not None])
+                        starts.append((moment, samples))
+            indices = [index for path in listed if (index := known.get(path))]
+            chunk = sum(own for _, own, _ in indices) + max((shared for _, _, shared in indices), default=0)
             mine = known.get(channel) if channel in listed else None
-            if mine is not None and chunk:
-                samples += mine.count * (end - at - _LEAD - raw) // chunk
+            if mine and chunk:
+                samples += mine[0] * (end - at - _LEAD - raw) // chunk
             at = end
     except (struct.error, KeyError, OverflowError):
         return []  # a structure of another kind: npTDMS says what it is
     return starts
 
 
-def _chunk(indices: Sequence[_Index]) -> int:
-    """Bytes of a chunk."""
-    shared = max((index.size for index in indices if index.shared), default=0)
-    return shared + sum(index.size for index in indices if not index.shared)
-
-
 def times_of(starts: Sequence[Start], count: int, step: float) -> NDArray[np.datetime64] | None:
-    """Time of every sample, each acquisition from its start; None if they follow each other without a pause.
-
-    Parameters
-    ----------
-    starts : sequence of Start
-    count : int
-        Samples of the channel.
-    step : float [s]
-    """
+    """Time of every sample, each acquisition from its start; None if they follow each other without a pause."""
     runs = list(starts[:1])
-    for start in starts[1:]:
-        pause = (start.moment - runs[-1].moment) / 1e9 - (start.sample - runs[-1].sample) * step
+    for moment, sample in starts[1:]:
+        pause = (moment - runs[-1][0]) / 1e9 - (sample - runs[-1][1]) * step
         # A start before the end of the samples is one that was written again unchanged, or a clock that was set back.
-        if start.sample < count and pause > max(_LEAST_GAP, 2.0 * step):
-            runs.append(start)
-    if len(runs) < 2 or runs[0].sample:
+        if sample < count and pause > max(_LEAST_GAP, 2.0 * step):
+            runs.append((moment, sample))
+    if len(runs) < 2 or runs[0][1]:
         return None
-    edges = [*(run.sample for run in runs), count]
-    parts = [
-        run.moment + np.rint(np.arange(b - a) * (step * 1e9)).astype(np.int64)
-        for run, a, b in zip(runs, edges[:-1], edges[1:], strict=True)
-    ]
-    return np.concatenate(parts).view("datetime64[ns]")
+    samples = np.arange(count)
+    run = np.searchsorted([sample for _, sample in runs], samples, side="right") - 1
+    moments, firsts = np.array(runs).T
+    steps = np.rint((samples - firsts[run]) * (step * 1e9)).astype(np.int64)
+    times: NDArray[np.datetime64] = (moments[run] + steps).view("datetime64[ns]")
+    return times
