@@ -8,6 +8,7 @@ import math
 import os
 import signal
 from concurrent.futures import Future, ProcessPoolExecutor
+from datetime import datetime
 
 import numpy as np
 import pyarrow.compute as pc
@@ -453,6 +454,21 @@ def test_metadata_by_log_and_by_unit(tmp_path):
     bad = tmp_path / "bad.csv"
     bad.write_text("unit,date\nz,tomorrow\n")
     assert "'tomorrow' is no date" in LogLabels(None, bad).refusal("z.csv")
+
+
+def test_a_name_of_digits_in_the_metadata_keeps_all_of_them(tmp_path):
+    """Units 007 and 07 are two; so are 12345678901234567 and ...8, which one double stands for."""
+    units = ("007", "07", "12345678901234567", "12345678901234568")
+    sheet = tmp_path / "units.csv"
+    rows = ["unit,lot,date,temperature,firmware,batch,hours", *(f"{u},{u},20260102,-5,1.1{'0' * i},{u},{i}.5"
+            for i, u in enumerate(units))]  # fmt: skip
+    sheet.write_text("\n".join(rows))
+    labels = LogLabels("{unit}.csv", sheet)
+    for i, unit in enumerate(units):
+        of_log = labels.of(f"{unit}.csv")
+        assert (of_log["unit"], of_log["lot"], of_log["batch"]) == (unit, unit, unit)
+        assert of_log["firmware"] == f"1.1{'0' * i}" and of_log["hours"] == i + 0.5
+        assert of_log["temperature"] == -5.0 and of_log["date"] == datetime(2026, 1, 2)
 
 
 # -- the command --------------------------------------------------------------------------------------------

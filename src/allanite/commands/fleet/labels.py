@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import re
 from collections.abc import Mapping
 from pathlib import PurePosixPath
 from typing import Any
@@ -21,6 +22,8 @@ __all__ = ["LABELS", "LogLabels"]
 LABELS = ("unit", "lot", "date", "temperature")
 _TAKEN = frozenset(c.name for c in COLUMNS) - {*LABELS, "log"}
 _KEYS = ("log", "unit")
+#: A number with no leading zero, of no more digits than a double keeps.
+_QUANTITY = re.compile(r"[+-]?(?!0\d)(?!(?:\.?\d){16})(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 
 
 class LogLabels:
@@ -108,17 +111,23 @@ def _metadata(path: str) -> tuple[str, dict[str, dict[str, Any]]]:
         raise InputError(
             f"the metadata {path} needs a column 'unit' or 'log', a heading for every column, and rows"
         )
-    columns = {name: _column([row[name] for row in rows]) for name in names if name != key or name == "unit"}
-    table = {row[key]: {name: values[i] for name, values in columns.items()} for i, row in enumerate(rows)}
+    cells = {name: [(row[name] or "").strip() or None for row in rows] for name in names}
+    columns = {
+        name: _column(texts) if name not in LABELS else texts
+        for name, texts in cells.items()
+        if name != key or name == "unit"
+    }
+    table = {
+        cells[key][i] or "": {name: values[i] for name, values in columns.items()} for i in range(len(rows))
+    }
     if len(table) < len(rows):
         raise InputError(f"the metadata {path} has a {key} twice; keep one row for each")
     return key, table
 
 
-def _column(cells: list[str | None]) -> list[Any]:
-    """Numbers where every cell that is not empty is one, else text."""
-    texts = [(cell or "").strip() or None for cell in cells]
-    try:
+def _column(texts: list[str | None]) -> list[Any]:
+    """Numbers where every cell that is not empty is one and no name (0012, 1.10 beside 1.1) is lost; else text."""
+    given = {text for text in texts if text is not None}
+    if all(map(_QUANTITY.fullmatch, given)) and len(set(map(float, given))) == len(given):
         return [None if text is None else float(text) for text in texts]
-    except ValueError:
-        return texts
+    return list(texts)
