@@ -13,7 +13,7 @@ from allanite.errors import InputError
 from allanite.stability.fleet.evidence import Design, Scales, evidence
 from allanite.stability.fleet.levels import LEVELS
 from allanite.stability.fleet.population import describe_fleet
-from allanite.stability.fleet.posterior import posterior_of
+from allanite.stability.fleet.posterior import Posterior, posterior_of
 from allanite.stability.fleet.profile_table import ProfileTable
 from allanite.stability.fleet.results import FleetPopulation
 from allanite.stability.fleet.standing_out import departures, discoveries, simes
@@ -257,6 +257,53 @@ def test_a_bent_profile_far_off_is_as_far_as_its_best_value():
     assert far.ratio[7] == pytest.approx(6.0 / middle, rel=0.05)
     assert 2 < far.deviations[7] < 40
     assert far.p[7] == far.p.min()
+
+
+def limit(below, floor=0.0):
+    """A profile whose root rises from its floor by one every factor e, and has risen by one at exp(below)."""
+    rise = LEVEL - floor
+    return np.where(rise > 0, below + np.log(np.where(rise > 0, rise, 1.0)), -np.inf), floor
+
+
+def of_scales(d, scales):
+    """The posterior of scales that are known."""
+    mode = evidence(d, scales)
+    root = np.linalg.cholesky(mode.covariance)
+    return Posterior(
+        scales=(scales,), weight=np.ones(1), location=mode.location[None], root=root[None], lots=mode.lots[None],
+        lot_sd=np.sqrt(mode.lot_variance)[None], lot_lean=mode.lot_lean[None], mode=mode,
+        resolved=frozenset(), tails=0.0,
+    )  # fmt: skip
+
+
+def test_a_limit_stands_out_only_below_the_population():
+    """A log of a second bounds flicker a hundred times above what the others resolve, and says nothing of it."""
+    floors, above = (a.ravel() for a in np.meshgrid([0.0, -0.3, -0.6, -1.2, -1.9], [2.0, 5.0, 20.0]))
+    limits = [*map(limit, above, floors), limit(-3.0)]
+    resolved = straight(0.2 * np.random.default_rng(31).normal(size=30), np.full(30, 0.05))
+    profiles = (
+        np.vstack([[k for k, _ in limits], resolved[0]]),
+        np.append([f for _, f in limits], resolved[1]),
+    )
+    d = design(profiles)
+    far = departures(d, of_scales(d, Scales(0.0, 0.2, 0.0, 0.0)))
+    least = np.exp(-above) - floors  # at the middle of the population
+    assert (np.abs(far.deviations[:15]) < 1.1 * least + 0.02).all()
+    assert (far.p[:15] > 0.05).all() and np.isnan(far.ratio[:16]).all()
+    assert -25 < far.deviations[15] < -5 and far.p[15] == far.p.min() < 1e-4
+
+
+def test_where_a_profile_meets_an_expectation_no_other_value_is_nearer():
+    rng = np.random.default_rng(5)
+    profiles = ProfileTable.of(*of_squares(rng.normal(2.0, 3.0, 30)))
+    m, v = rng.normal(0.5, 2.0, 30), np.exp(rng.normal(-1.0, 1.0, 30))
+
+    def loss(x):
+        return profiles.root(x) ** 2 + (x - m) ** 2 / v
+
+    least = loss(profiles.nearest(m, v))
+    for step in np.linspace(-8.0, 8.0, 401):
+        assert (least <= loss(m + step) + 1e-9).all()
 
 
 @pytest.mark.long

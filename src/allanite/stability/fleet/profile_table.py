@@ -114,6 +114,14 @@ class ProfileTable:
         rows = np.arange(len(self))
         return np.asarray(self.offset[rows, piece] + self.slope[rows, piece] * x)
 
+    def nearest(self, m: Array, v: Array) -> Array:
+        """x that makes root^2 + (x - m)^2 / v least, shape (n,): where a likelihood and an expectation meet."""
+        a, b, edges = self.offset, self.slope, self.edges
+        mean, variance = m[:, None], v[:, None]
+        x = np.clip((mean / variance - a * b) / (b**2 + 1 / variance), edges[:, :-1], edges[:, 1:])
+        loss = (a + b * x) ** 2 + (x - mean) ** 2 / variance
+        return np.asarray(np.take_along_axis(x, loss.argmin(axis=1)[:, None], axis=1)[:, 0])
+
     def tilted(self, m: Array, v: Array) -> Tilted:
         """Beside normal expectations of mean m and variance v, eq. (1)."""
         b, edges = self.slope, self.edges - m[:, None]

@@ -79,10 +79,25 @@ def departures(design: Design, posterior: Posterior) -> Departures:
 
 def _factors(design: Design, posterior: Posterior) -> Factors:
     """Of a log that resolves the coefficient, its best value: what it says beside an expectation far off is little."""
-    best, matched = Factors.near(design.profiles), posterior.mode.factors
+    best, met = Factors.near(design.profiles), _met(design, posterior)
     resolved = design.profiles.root_at_zero < -RESOLVED
-    rows = ((getattr(best, name), getattr(matched, name)) for name in ("k", "h", "t"))
-    return Factors(*(np.where(resolved, a, b[:1]) for a, b in rows))
+    return Factors(*(np.where(resolved, getattr(best, n), getattr(met, n)) for n in ("k", "h", "t")))
+
+
+def _met(design: Design, posterior: Posterior) -> Factors:
+    """Factors with the loss and the slope of each log where it meets its expectation.
+
+    So z^2 of a unit with one log is the least root^2 + (x - m)^2 / tau^2: zero for a limit far above the expectation,
+    whose matched factor may have no precision, or less than none.
+    """
+    scales = posterior.scales[0]
+    expected = design.covariates @ posterior.location[0] + posterior.lots[0][design.lot[design.unit]]
+    variance = np.full(len(expected), max(scales.unit**2 + scales.repeat**2, 1e-12))
+    x = design.profiles.nearest(expected, variance)
+    loss = design.profiles.root(x) ** 2
+    pull = (expected - x) / variance
+    t = np.divide(pull**2, loss, out=np.zeros_like(loss), where=loss > 0)
+    return Factors(np.zeros((1, len(x))), (t * x - pull)[None], t[None])
 
 
 def _apart(design: Design, factors: Factors, posterior: Posterior, draw: int) -> tuple[Array, Array]:
