@@ -404,6 +404,33 @@ def test_a_step_that_ends_is_neither_noise_nor_kept_out_longer_than_it_lasts(see
     assert fault.size == pytest.approx(size, abs=5 * fault.size_sd)
 
 
+@pytest.mark.parametrize("rest", [0, 1, 5])
+def test_a_fault_that_does_not_end_lasts_to_the_last_sample(rest: int) -> None:
+    """Also in the samples at the end that fill no window."""
+    samples = 2400 + rest
+    y = noise(5, samples, 3)
+    y[1203:, 1] += 40 * N * math.sqrt(RATE / 8)
+    c = combined(y, directions=cone(5), window=8 / RATE)
+    (fault,) = c.faults
+    assert (fault.sensor, fault.stop) == ("g1", pytest.approx(samples / RATE))
+    last = np.column_stack([c.recording().values(name) for name in c.axes])[-1]
+    without = np.delete(np.arange(5), 1)
+    level = cone(5)[without] @ last + c.differences[without]
+    assert np.abs(level - y[-1, without]).max() < 5 * N * math.sqrt(RATE)
+
+
+@pytest.mark.parametrize(("first", "last"), [(803, 1605), (800, 1600), (0, 805), (1607, 2403)])
+def test_a_stuck_sensor_is_left_out_of_every_sample_of_the_repeated_value(first: int, last: int) -> None:
+    """Windows of 8 samples hold the ends of the run in part, and the last three samples fill none."""
+    y = noise(5, 2403, 4)
+    y[first:last, 2] = y[first, 2]
+    c = combined(y, directions=cone(5), window=8 / RATE)
+    (fault,) = c.faults
+    assert (fault.kind, fault.sensor) == ("stuck", "g2")
+    assert fault.start * RATE == pytest.approx(first) and fault.stop * RATE == pytest.approx(last)
+    assert c.recording().history[-1]["left_out"] == {"g2": [[first, last]]}
+
+
 @pytest.mark.parametrize("size", [20.0, 400.0, 1e5])
 def test_a_step_of_half_of_the_record_is_not_taken_for_the_noise(size: int) -> None:
     y = noise(4, 2400, 3)

@@ -147,7 +147,7 @@ def contradict(outliers: Sequence[str], numbers: Iterable[str]) -> str:
 def temperature_went(low: float, high: float) -> str:
     """That the temperature may explain a scatter."""
     return (
-        f"the temperature ranged from {low:.3g} to {high:.3g}: biases that change with it may explain the scatter "
+        f"the temperature ranged from {low:.3g} to {high:.3g} °C: biases that change with it may explain the scatter "
         f"(--reference-temperature {(low + high) / 2:.0f})"
     )
 

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
 from allanite.experiments.redundancy.combined import combined_model, combined_recording
+from allanite.experiments.redundancy.fault_spans import to_the_sample
 from allanite.experiments.redundancy.faults import Examination, examine
 from allanite.experiments.redundancy.geometry import best_weights, checked_directions, parity_matrix, twins
 from allanite.experiments.redundancy.means import WindowMeans, window_means
@@ -283,7 +284,8 @@ def _combination(
     confidence: float,
     rest: bool,
 ) -> CombinedSensors:
-    busy = _busy(examination.faults, means)
+    faults = tuple(to_the_sample(fault, means, recording) for fault in examination.faults)
+    busy = _busy(faults, means)
     pairs: tuple[SharedNoise, ...] = ()
     correlation = np.eye(len(setup.names))
     allan = None
@@ -299,16 +301,16 @@ def _combination(
     differences = _differences(means, setup.parity, busy)
     models = tuple(combined_model(setup.models, w, correlation) for w in weights)
     axes = _axes(recording[setup.names[0]].kind, weights.shape[0])
-    left_out = _left_out(examination.faults, recording.rate)
+    left_out = _left_out(faults, recording.rate)
     combined = combined_recording(
         recording, setup.names, axes, setup.directions, covariance, differences, left_out
     )
-    written = _written(combined, setup) if examination.faults and allan is not None else None
+    written = _written(combined, setup) if faults and allan is not None else None
     curves = _curves(
         setup, allan, weights, correlation, models, fine.dt, recording.duration, confidence, written
     )
     return CombinedSensors(
-        verdict=verdict_of(examination.faults),
+        verdict=verdict_of(faults),
         channels=setup.names,
         axes=axes,
         kind="rate" if recording[setup.names[0]].kind is Kind.RATE else "acceleration",
@@ -320,7 +322,7 @@ def _combination(
         correlation=correlation,
         models=models,
         **curves,
-        faults=examination.faults,
+        faults=faults,
         alike=tuple(tuple(setup.names[i] for i in group) for group in twins(setup.parity)),
         parity=ParitySeries(
             windows=tuple(
@@ -372,9 +374,8 @@ def _left_out(faults: Sequence[SensorFault], rate: float) -> dict[str, list[tupl
     for f in faults:
         if f.sensor is not None:  # the end is as uncertain as the beginning
             late = f.start - f.since if f.kind == "step" else 0.0
-            spans.setdefault(f.sensor, []).append(
-                (math.floor(f.since * rate), math.ceil((f.stop + late) * rate))
-            )
+            begin, end = f.since * rate, (f.stop + late) * rate
+            spans.setdefault(f.sensor, []).append((math.floor(begin + 1e-6), math.ceil(end - 1e-6)))
     return spans
 
 
