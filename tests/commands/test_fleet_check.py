@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from allanite.commands import measure
+from allanite.commands.fleet.sheet_limits import limits_of_fleet
 from allanite.errors import InputError
 from allanite.files.recording_file import write_recording
 from allanite.filtering.simulation import simulate
@@ -65,6 +66,26 @@ def test_it_cannot_tell_and_says_how_long_a_record_decides(bench: Path, run: Run
     assert document.to_json() == data
     assert [s.id for s in view_of(document).sections][:1] == ["verdict"]
     assert (tmp_path / "out" / "check.csv").read_text(encoding="utf-8").startswith("channel,symbol,unit,")
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "bias_instability: 5 deg/h\n  bias_instability_is: minimum",
+        "bias_stability: 5 deg/h\n  correlation_time: 100 s",
+    ],
+)
+def test_no_unit_passes_with_a_limit_of_its_sheet_that_is_not_looked_at(
+    bench: Path, tmp_path: Path, statement: str
+) -> None:
+    sheet = tmp_path / "sheet.yaml"
+    sheet.write_text(f"gyro:\n  angle_random_walk: 9 deg/√h\n  {statement}\n", encoding="utf-8")
+    for made in (
+        lambda: measure("fleet check", bench / "good.parquet", sheet=sheet),
+        lambda: limits_of_fleet(sheet, bench / "fleet"),
+    ):
+        with pytest.raises(InputError, match=r"sheet\.yaml: bias_.* cannot be checked.*allanite datasheet"):
+            made()
 
 
 def test_a_given_limit_goes_before_the_sheet_and_the_sheet_before_the_fleet(

@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from allanite.commands.page.fleet_table import fleet_stream
 from allanite.commands.page.server import address_of
 from axe import axe_script, violations
 from fleet_tables import MIDDLE, fleet_table
@@ -56,6 +57,16 @@ def write_table(table: pa.Table, place: Path, files: int) -> None:
     for i in range(files):
         rows = table.slice(i * len(table) // files, (i + 1) * len(table) // files - i * len(table) // files)
         pq.write_table(rows, place / f"{i:03d}-of-{files:03d}.parquet")
+
+
+def test_the_coefficient_shown_first_is_the_white_noise_of_most_logs(tmp_path: Path) -> None:
+    """Not that of a log without a header, whose channels sort first."""
+    many, few = fleet_table(units=5, symbols=("B", "N")), fleet_table(units=1, symbols=("N", "B"))
+    few = few.set_column(few.column_names.index("channel"), "channel", pa.array(["ch0"] * len(few)))
+    write_table(pa.concat_tables([few, many]), tmp_path / "fleet.parquet", 1)
+    facts = fleet_stream({"table": str(tmp_path / "fleet.parquet"), "file": str(tmp_path / "stream")})
+    assert facts["chosen"] == ("gyro_x", "N") and facts["rows"] == 5
+    assert facts["coefficients"] == [("gyro_x", "N"), ("ch0", "N"), ("ch0", "B"), ("gyro_x", "B")]
 
 
 @pytest.mark.parametrize("files", [0, 1, 2])

@@ -449,3 +449,13 @@ def test_refusals():
         describe_fleet(t, content=1.0)
     with pytest.raises(InputError, match="no table of a fleet"):
         describe_fleet("no/such/folder")
+
+
+def test_logs_in_counts_are_not_mixed_with_those_in_units():
+    """A log without a unit states N in counts, whatever its channel is called."""
+    whole = table(np.random.default_rng(3), 12)
+    units = whole["unit_of_measure"].to_pylist()
+    units[4] = units[9] = "units/√Hz"
+    mixed = whole.set_column(whole.column_names.index("unit_of_measure"), "unit_of_measure", pa.array(units))
+    with pytest.raises(InputError, match=r"10 logs and in units/√Hz in 2 logs, such as 4\.csv"):
+        describe_fleet(mixed)

@@ -55,6 +55,8 @@ def _verdict(result: FleetCheck) -> Iterator[PageBlock]:
         [_line(c) for c in result.coefficients],
         caption="Coefficients with their 95 % intervals, beside their limits.",
     )
+    if result.unlimited:
+        yield Text(f"Not checked, without a limit: {', '.join(result.unlimited)}.", note=True, brief=True)
 
 
 def _line(c: CoefficientCheck) -> tuple[str | Cell, ...]:

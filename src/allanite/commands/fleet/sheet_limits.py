@@ -27,7 +27,8 @@ def sheet_limits(sheet: Place, kinds: Mapping[str, Kind]) -> Iterator[tuple[Key,
     Raises
     ------
     InputError, FormatError
-        What `read_datasheet` refuses.
+        What `read_datasheet` refuses, and a statement of a channel that limits no coefficient: a unit must not pass
+        with a limit that nobody looked at.
     """
     from allanite.study.datasheet import read_datasheet
 
@@ -35,8 +36,12 @@ def sheet_limits(sheet: Place, kinds: Mapping[str, Kind]) -> Iterator[tuple[Key,
     for channel, kind in kinds.items():
         section = sections.get(channel, sections.get(ROLES.get(kind.rate.value, "")))
         for entry in section.entries if section else ():
-            if entry.symbol in "QNBKR":
-                yield (channel, entry.symbol), entry.value
+            if entry.symbol not in "QNBKR":
+                raise InputError(
+                    f"{os.fspath(sheet)}: {entry.name} ({entry.text}) cannot be checked: it limits no coefficient Q, "
+                    "N, B, K or R alone. Take it out of this sheet; allanite datasheet compares it with a log"
+                )
+            yield (channel, entry.symbol), entry.value
 
 
 def limits_of_fleet(sheet: Place, fleet: Place) -> dict[Key, float]:

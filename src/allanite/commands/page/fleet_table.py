@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.errors import InputError
 from allanite.quantities.display_units import coefficient_unit
-from allanite.stability.fleet.rows import read_table
+from allanite.stability.fleet.rows import UNIT_OF, one_unit, read_table
 from allanite.stability.fleet.table_files import table_files
 
 if TYPE_CHECKING:
@@ -69,13 +69,13 @@ def _coefficients(path: str) -> list[tuple[str, str]]:
         table = read_table(path, columns=["channel", "term"])
     except InputError:  # which names the whole path
         raise InputError(f"{Path(path).name}: no table of a fleet that can be read") from None
-    distinct = table.group_by(["channel", "term"]).aggregate([]).to_pylist()
+    distinct = table.group_by(["channel", "term"]).aggregate([([], "count_all")]).to_pylist()
     order = {symbol: i for i, symbol in enumerate("QNBKR")}
     pairs = [(r["channel"], r["term"]) for r in distinct if r["channel"] and r["term"] in order]
     if not pairs:
         raise InputError(f"{Path(path).name}: no log of this fleet has a coefficient")
-    first = [(c, s) for c, s in pairs if s == "N"]
-    return sorted(first) + sorted((p for p in pairs if p not in first), key=lambda p: (p[0], order[p[1]]))
+    logs = {(r["channel"], r["term"]): r["count_all"] for r in distinct}
+    return sorted(pairs, key=lambda p: (p[1] != "N", -logs[p] if p[1] == "N" else 0, p[0], order[p[1]]))
 
 
 def _rows(path: str, channel: str, term: str) -> tuple[pa.Table, str]:
@@ -84,12 +84,13 @@ def _rows(path: str, channel: str, term: str) -> tuple[pa.Table, str]:
     import pyarrow.parquet as pq
 
     present = pq.read_schema(table_files(Path(path))[0]).names
-    wanted = [*_TEXTS, *_SCALED, "temperature", "date", "kind", "unit_of_measure"]
+    wanted = [*_TEXTS, *_SCALED, "temperature", "date", "kind", *UNIT_OF]
     table = read_table(
         path,
         columns=[name for name in wanted if name in present],
         filters=[("channel", "=", channel), ("term", "=", term)],
     )
+    one_unit(table)
     unit, factor = coefficient_unit(str(table["kind"][0]), term, str(table["unit_of_measure"][0]))
     columns: dict[str, pa.Array] = {}
     for name in table.column_names:

@@ -3,22 +3,24 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
+from allanite.plain_files.counted import plural
 from allanite.stability.fleet.levels import LEVELS
 from allanite.stability.fleet.table_files import table_files
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["FleetRows", "at_rest", "read_rows", "read_table"]
+__all__ = ["UNIT_OF", "FleetRows", "at_rest", "one_unit", "read_rows", "read_table"]
 
 Array = NDArray[np.float64]
 Texts = NDArray[np.object_]
@@ -29,6 +31,8 @@ _KNOWN = frozenset(
     {*_NEEDED, "sha256", "lot", "date", "temperature", "family", "status", "estimate", "lower", "upper"}
     | {"confidence", "p", "findings", "rate", "span", "samples", "error", "version", "seconds"}
 )
+#: A coefficient, and the unit of its numbers.
+UNIT_OF = ["channel", "term", "unit_of_measure"]
 _YEAR = 365.25
 _TURNED = "motion"  # of the findings
 
@@ -87,7 +91,7 @@ def read_rows(source: str | Path | pa.Table) -> FleetRows:
     Raises
     ------
     InputError
-        No such table, or one that lacks columns.
+        No such table, one that lacks columns, or a coefficient that some logs state in another unit.
     """
     table = read_table(source)
     missing = [name for name in _NEEDED if name not in table.column_names]
@@ -99,6 +103,7 @@ def read_rows(source: str | Path | pa.Table) -> FleetRows:
     failed = pc.count_distinct(table.filter(pc.is_null(table["channel"]))["log"]).as_py()
     kept = table.filter(pc.and_(pc.is_valid(table["profile"]), pc.is_valid(table["term"]))).combine_chunks()
     kept, turned = at_rest(kept)
+    one_unit(kept)
     texts = {
         name: _texts(kept[name]) for name in ("log", "unit", "channel", "kind", "term", "unit_of_measure")
     }
@@ -133,6 +138,31 @@ def at_rest(table: pa.Table) -> tuple[pa.Table, tuple[str, ...]]:
     names = pc.unique(table["log"].take(moving))
     others = table.filter(pc.invert(pc.is_in(table["log"], names)))
     return others.combine_chunks(), tuple(sorted(names.to_pylist()))
+
+
+def one_unit(table: pa.Table) -> None:
+    """Refuse a table in which logs state one coefficient in different units: their numbers are not comparable.
+
+    Raises
+    ------
+    InputError
+        With the logs of the rarer unit.
+    """
+    import pyarrow.compute as pc
+
+    usual: dict[tuple[str, str], Mapping[str, Any]] = {}
+    found = table.group_by(UNIT_OF).aggregate([([], "count_all")]).sort_by([("count_all", "descending")])
+    for row in found.to_pylist():
+        most = usual.setdefault((row["channel"], row["term"]), row)
+        if most is not row:
+            same = (pc.equal(table[name], row[name]) for name in UNIT_OF)
+            log = table["log"].filter(functools.reduce(pc.and_, same))[0].as_py()
+            raise InputError(
+                f"{row['term']} of {row['channel']} is in {most['unit_of_measure']} in "
+                f"{plural(most['count_all'], 'log')} and in {row['unit_of_measure']} in "
+                f"{plural(row['count_all'], 'log')}, such as {log}. Run the logs of the wrong unit again, alone and "
+                "into the same folder (allanite fleet run LOGS --unit UNIT), or all others into a new one"
+            )
 
 
 def read_table(
