@@ -24,6 +24,14 @@ REFUSALS = (*LOGS, *CURVES, *MEASUREMENTS, *RECORDS)
 FOLDER = "my logs"
 #: Advice that another test carries out: its file, and words in it; or why nothing can be carried out.
 ELSEWHERE: dict[str, tuple[str, str]] = {
+    "Take it out of this sheet; allanite datasheet compares": (
+        "commands/test_fleet_check.py",
+        'measure("datasheet", sheet',
+    ),
+    "Run the logs of the wrong unit again, alone": (
+        "commands/test_fleet_runs.py",
+        '"--unit", "gyro_z=deg/s"',
+    ),
     "is no fleet; make one": ("commands/test_fleet_watch.py", '"fleet", "run", "logs/*"'),
     "is for one log; with --positions": (
         "experiments/test_positions_kept_apart.py",

@@ -86,6 +86,9 @@ def test_no_unit_passes_with_a_limit_of_its_sheet_that_is_not_looked_at(
     ):
         with pytest.raises(InputError, match=r"sheet\.yaml: bias_.* cannot be checked.*allanite datasheet"):
             made()
+    assert measure("datasheet", sheet, log=bench / "good.parquet").result.channels  # as the message advises
+    sheet.write_text("gyro:\n  angle_random_walk: 9 deg/√h\n", encoding="utf-8")
+    assert measure("fleet check", bench / "good.parquet", sheet=sheet).result.verdict == "pass"
 
 
 def test_a_given_limit_goes_before_the_sheet_and_the_sheet_before_the_fleet(

@@ -500,3 +500,20 @@ def test_sizes_of_memory(run):
     refused = run("fleet", "run", "x", "--out", "f", "--memory", "lots")
     assert refused.code == 2 and "write 800MB or 2GiB" in refused.err
     assert running.TIMEOUT == 3600
+
+
+@pytest.mark.long
+def test_logs_without_a_unit_are_run_again_alone(tmp_path, run, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "logs").mkdir()
+    rng = np.random.default_rng(1)
+    for i in range(5):
+        head = "t [s],gyro_z" if i == 3 else "t [s],gyro_z [deg/s]"
+        rows = (f"{k / 10:.1f},{x:.6f}" for k, x in enumerate(rng.normal(0.2, 0.01, 2000)))
+        (tmp_path / "logs" / f"u{i}.csv").write_text("\n".join([head, *rows]))
+    options = ("--out", "fleet", "--workers", "1")
+    assert run("fleet", "run", "logs/*.csv", *options).code == 0
+    refused = run("fleet", "report", "fleet")
+    assert refused.code == 1 and "in 4 logs" in refused.err and "logs/u3.csv" in refused.err
+    assert run("fleet", "run", "logs/u3.csv", "--unit", "gyro_z=deg/s", *options).code == 0
+    assert "5 of 5" in run("fleet", "report", "fleet").out
