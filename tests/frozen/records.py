@@ -18,6 +18,7 @@ DEG, DEG_H, EARTH, G = np.pi / 180, np.pi / 180 / 3600, 15.041067, 9.80665  # EA
 LATITUDE = 48.1 * DEG
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
+LIMITS = "gyro:\n  angle_random_walk: 0.3 deg/√h\n"
 SHEET = """\
 sensor: XYZ-100
 source: data sheet, revision B
@@ -306,6 +307,7 @@ def written() -> None:
     for make in (still, faulty, environment, turned, unit, on_tables, fleet):
         make()
     Path("sheet.yaml").write_text(SHEET, encoding="utf-8")
+    Path("limits.yaml").write_text(LIMITS, encoding="utf-8")
     shutil.copytree(_SAMPLES, "samples")
     shutil.copytree("samples/run/finished", "damaged")
     segment = Path("damaged/000001.arrows")
