@@ -265,7 +265,6 @@ auto segment_rows_of_size(Index n) noexcept {
            : n <= 16 ? segment_rows<16, draws>
            : n <= 20 ? segment_rows<20, draws>
            : n <= 24 ? segment_rows<24, draws>
-           : n <= 28 ? segment_rows<28, draws>
            : n <= 32 ? segment_rows<32, draws>
                      : segment_rows<most_segment_states, draws>;
 #endif

@@ -1,4 +1,3 @@
-# Specification: National Instruments, "TDMS File Format Internal Structure": lead-in, metadata, raw data index.
 # SPDX-License-Identifier: BSD-3-Clause
 """The start times that a TDMS file states of a channel, each with the number of samples before it.
 
@@ -109,7 +108,9 @@ def starts_of(file: IO[bytes], size: int, channel: str) -> list[Start]:
                     if path == channel and moment is not None:
                         starts.append((moment, samples))
             indices = [index for path in listed if (index := known.get(path))]
-            chunk = sum(own for _, own, _ in indices) + max((shared for _, _, shared in indices), default=0)
+            chunk = sum(alone for _, alone, _ in indices) + max(
+                (shared for _, _, shared in indices), default=0
+            )
             mine = known.get(channel) if channel in listed else None
             if mine and chunk:
                 samples += mine[0] * (end - at - _LEAD - raw) // chunk

@@ -151,8 +151,8 @@ def one_unit(table: pa.Table) -> None:
     import pyarrow.compute as pc
 
     usual: dict[tuple[str, str], Mapping[str, Any]] = {}
-    found = table.group_by(UNIT_OF).aggregate([([], "count_all")]).sort_by([("count_all", "descending")])
-    for row in found.to_pylist():
+    counted = table.group_by(UNIT_OF).aggregate([([], "count_all")]).sort_by([("count_all", "descending")])
+    for row in counted.to_pylist():
         most = usual.setdefault((row["channel"], row["term"]), row)
         if most is not row:
             same = (pc.equal(table[name], row[name]) for name in UNIT_OF)
