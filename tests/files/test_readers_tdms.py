@@ -43,6 +43,25 @@ def write(
     return path
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "counts"), [("scale", 0.004, 250), ("gain", 131.0, 131), ("scale_factor", 0.5, 2)]
+)
+def test_a_scaling_in_other_words_leaves_counts_and_its_advice_scales_them(
+    tmp_path: Path, key: str, value: float, counts: int
+) -> None:
+    raw = np.arange(-1500, 1500, dtype="i2")
+    wave = {**WAVE, "unit_string": "deg/s", key: value}
+    path = write(tmp_path, [("IMU", "gyro x", raw, wave), ("IMU", "gyro y", RATES[:, 1], wave)])
+    recording = read(path)
+    assert [c.unit for c in recording.channels] == ["LSB", "deg/s"]
+    (said,) = recording.notes["source"]["guesses"]
+    assert said.startswith(f"gyro x: {key} {value:g} not applied") and "NI_Scale" in said
+    factor = said.partition('--scale-factor "')[2].rstrip('"')
+    assert factor == f"{counts:g} LSB/(deg/s)"
+    scaled = read(path, channels=["gyro_x"], scale_factor=factor)
+    assert np.allclose(scaled.scaled("gyro_x"), np.radians(raw / counts))
+
+
 def test_channels_of_a_group(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     start = np.datetime64("2026-03-01T12:00:00.250000")
     wave = {**WAVE, "wf_start_time": start, "wf_start_offset": 0.5}

@@ -226,7 +226,7 @@ def _unit(leaf: Leaf) -> str:
 
 
 def _stays_counts(leaf: Leaf) -> bool:
-    unapplied = any(not is_offset(key) for key in unapplied_scaling(leaf.dataset))
+    unapplied = any(not is_offset(key) for key in _scaling(leaf))
     return unapplied and bool(_stated_unit(leaf)) and not _is_time(leaf) and packing_of(leaf.dataset) is None
 
 
@@ -234,8 +234,12 @@ def _unapplied(leaves: list[Leaf]) -> list[str]:
     return [
         said_of_unapplied(_last(leaf), unapplied, _stated_unit(leaf) if _stays_counts(leaf) else "")
         for leaf in leaves
-        if (unapplied := unapplied_scaling(leaf.dataset))
+        if (unapplied := _scaling(leaf))
     ]
+
+
+def _scaling(leaf: Leaf) -> dict[str, float]:
+    return unapplied_scaling(leaf.dataset.dtype, leaf.dataset.attrs)
 
 
 def _stated_unit(leaf: Leaf) -> str:

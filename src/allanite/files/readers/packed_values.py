@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, Final
 
 import numpy as np
@@ -72,11 +72,13 @@ def packing_of(dataset: Any) -> Packing | None:
     )
 
 
-def unapplied_scaling(dataset: Any) -> dict[str, float]:
-    """Attributes of a dataset of integers that state a scaling in words of their own, which nobody applies."""
-    if dataset.dtype.kind not in "iu":
+def unapplied_scaling(
+    kind: np.dtype[Any], attributes: Mapping[str, Any], applied: Collection[str] = _PACKING
+) -> dict[str, float]:
+    """Attributes of integers that state a scaling in words of their own, which nobody applies."""
+    if kind.kind not in "iu":
         return {}
-    numbers = {str(key): _numbers(dataset.attrs.get(key)) for key in dataset.attrs if key not in _PACKING}
+    numbers = {str(key): _numbers(attributes.get(key)) for key in attributes if key not in applied}
     return {
         key: value[0]
         for key, value in numbers.items()
@@ -88,10 +90,12 @@ def is_offset(key: str) -> bool:
     return bool(_OFFSET.search(key))
 
 
-def said_of_unapplied(name: str, unapplied: Mapping[str, float], unit: str) -> str:
-    """What is said of a dataset whose scaling is not applied; `unit` is the one that its counts do not have, or ""."""
+def said_of_unapplied(
+    name: str, unapplied: Mapping[str, float], unit: str, applied: str = "scale_factor and add_offset"
+) -> str:
+    """What is said of integers whose scaling is not applied; `unit` is the one that their counts do not have, or ""."""
     listed = " and ".join(f"{key} {value:g}" for key, value in unapplied.items())
-    sentence = f"{name}: {listed} not applied (only scale_factor and add_offset are defined)"
+    sentence = f"{name}: {listed} not applied (only {applied} are defined)"
     factors = [value for key, value in unapplied.items() if not is_offset(key)]
     if not unit:
         return sentence
