@@ -205,6 +205,20 @@ def test_a_strong_vibration_is_not_called_clipping(rng: np.random.Generator) -> 
     assert "clipping" not in found(samples, unit="LSB")
 
 
+@pytest.mark.parametrize("step", [0.1, 0.3, 0.7, 1.0])
+@pytest.mark.parametrize("fine", [0.1, 0.3, 0.6])
+def test_a_coarser_range_is_not_called_clipping_and_clips_in_it_are(
+    rng: np.random.Generator, step: float, fine: float
+) -> None:
+    """A meter that ranges itself: the outermost codes are those of the coarse range, all of them often."""
+    samples, changed = white(rng, 20_000), round(fine * 20_000)
+    for limit in (math.inf, step * round(2.0 / step)):
+        ranged = np.clip(samples, -limit, limit)
+        ranged[:changed] = np.round(ranged[:changed], 4)
+        ranged[changed:] = step * np.round(ranged[changed:] / step)
+        assert ("clipping" in found(ranged)) == (limit < math.inf)
+
+
 def test_b19_wrong_byte_order_is_refused(noise: np.ndarray) -> None:
     swapped = noise.astype(">f8").view("<f8")
     recording = record(swapped)

@@ -67,7 +67,7 @@ def channels_of(
             guesses.append(f"unit {given!r} cannot be that of {heading.name}: the unit of the file is kept")
             given = None
         if given is not None and heading.unit and given != heading.unit:
-            guesses.append(f"{heading.name} is read in {given!r} as was said; the file says {heading.unit!r}")
+            guesses.append(f"{heading.name} is read in {given!r} as stated; the file says {heading.unit!r}")
         if isinstance(options.scale_factor, str) and factor is not None and not _factor_fits(factor, heading):
             factor = None
         increment = i in stated_per_sample or names_increments(heading.name)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.quantities.distributions import normal_quantile
 from allanite.recording.health.catalogue.samples import BY_SAMPLES
 from allanite.recording.health.finding import Finding, Severity, finding, percent, plural
-from allanite.recording.health.survey import ChannelSurvey
+from allanite.recording.health.survey import ChannelSurvey, lattice_among
 from allanite.recording.health.tallies import Extreme, Runs
 from allanite.recording.records import BLOCK, OVERLOAD
 
@@ -47,6 +47,8 @@ FEWEST_GAPS, SCATTERED = 8, 0.5
 ONE_WAY, COUNTS_ON, MOVES = 0.98, 0.9, 0.5
 #: Distinct values from which on the end of a range can be told from the step of the values.
 LEVELS = 8
+#: Places at which the step around an outermost value is looked for, samples on each side, and how far off a step is on.
+_PLACES, _AROUND, _OFF_STEPS = 16, 128, 0.1
 #: Largest and smallest codes of 16-, 24- and 32-bit words.
 _TOPS = frozenset({32767.0, 65535.0, 8388607.0, 16777215.0, 2147483647.0, 4294967295.0})
 _BOTTOMS = frozenset({-32768.0, -8388608.0, -2147483648.0})
@@ -240,18 +242,41 @@ def _explained(survey: ChannelSurvey, extreme: Extreme) -> bool:
 
 
 def _is_clipped(survey: ChannelSurvey, extreme: Extreme) -> bool:
-    values, runs = extreme.values, extreme.runs
+    value, spread = float(extreme.values[0]), float(extreme.spread[0])
+    step = max(survey.lattice.step or _float_spacing(survey, value), spread)
+    if not _piled_up(extreme.values, extreme.runs, step):
+        return False
+    coarse = _step_around(survey, extreme)
+    if coarse < 1.5 * step:
+        return True
+    code = np.abs(extreme.values - value) / coarse
+    on = np.abs(code - np.rint(code)) < _OFF_STEPS
+    return _piled_up(extreme.values[on], extreme.runs[on], coarse)
+
+
+def _piled_up(values: NDArray[np.float64], runs: NDArray[np.int64], step: float) -> bool:
+    """More runs stand at the outermost of these values than a falling density puts there."""
     if len(values) < 2 or runs[0] < 2:
         return False
     if _jumps(runs):
         return True
-    step = max(survey.lattice.step or _float_spacing(survey, float(values[0])), float(extreme.spread[0]))
     for k in range(1, len(values)):
         width = abs(float(values[0] - values[k]))
         inside = 2.5 * step / (2.5 * step + width)
         if _tail(int(runs[0]) - 1, int(runs[: k + 1].sum()) - 1, inside) < 1e-6 / 7.0:
             return True
     return False
+
+
+def _step_around(survey: ChannelSurvey, extreme: Extreme) -> float:
+    """Step of the samples where the outermost value is reached: another range of a meter has another one."""
+    spans = spans_equal(survey, [float(extreme.values[0])], within=float(extreme.spread[0]))
+    steps: list[float] = []
+    for place in spans[:: len(spans) // _PLACES + 1, 0]:
+        near = survey.recording.raw(survey.name, max(place - _AROUND, 0), place + _AROUND)
+        near = near[np.isfinite(near)]
+        steps.append(lattice_among(np.unique(near), near, extreme.tolerance).step)
+    return float(np.median(steps)) if steps else 0.0
 
 
 def _jumps(runs: NDArray[np.int64]) -> bool:
