@@ -432,7 +432,7 @@ def test_one_thermometer_for_each_sensor() -> None:
         free_of_environment(record, channels=["gx"], temperature={"gz": "t1"})
     with pytest.raises(InputError, match="choose a channel"):
         regress_environment(record)
-    with pytest.raises(InputError, match="is one of rate"):
+    with pytest.raises(InputError, match="holds rate, not temperature"):
         regress_environment(record, channel="gx", temperature="gy")
 
 

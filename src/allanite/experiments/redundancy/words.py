@@ -85,7 +85,8 @@ def more_pairs(count: int) -> str:
 def unusual(ratio: float) -> str:
     """That the parity has another noise than the models say."""
     word = (
-        "the tests allow for it, the noise of the combination does not: pass a study of all sensors as --model"
+        "the tests allow for it, but the stated noise of the combination does not: pass a study of all sensors as "
+        "--model"
         if ratio > 1
         else "the tests are stricter than necessary"
     )
