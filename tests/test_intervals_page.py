@@ -52,6 +52,16 @@ def test_coverage_of_both_fits(page):
         if "instead" not in term
     ]
     assert f"terms that are absent were declared in at most {100 * max(declared):.1f} %" in page
+    wide = [p["coverage"] for s in scenarios("coverage") for p in s["parameters"] if not p["passes"]]
+    assert (
+        f"wider than necessary where samples are missing ({100 * min(wide):.1f} to {100 * max(wide):.0f} %"
+        in page
+    )
+    assert {s["name"] for s in scenarios("coverage") if any(not p["passes"] for p in s["parameters"])} == {
+        "10 % missing",
+        "40 % missing",
+    }
+    assert all(p["passes"] for s in scenarios("likelihood_coverage") for p in s["parameters"])
     assert len(scenarios("likelihood_coverage")) == 14 and "Fourteen scenarios" in page
     assert [s["name"] for s in scenarios("likelihood_coverage") if s["given"]] == ["two Gauss-Markov terms"]
     for name in ("coverage", "likelihood_coverage"):
