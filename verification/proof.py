@@ -257,7 +257,18 @@ def _judged(document: Json) -> Iterator[tuple[str, bool]]:
             verdicts = [v for key, v in row.items() if is_verdict(key) and isinstance(v, bool)]
             verdicts += [row[key] == 0 for key in _NONE if key in row]
             if verdicts:
-                yield words, all(verdicts)
+                yield words + ("" if all(verdicts) else _way_off(row)), all(verdicts)
+
+
+def _way_off(row: Json) -> str:
+    """On which side a coverage lies outside its gate."""
+    if "coverage" not in row or not isinstance(row.get("gate"), list):
+        return ""
+    share, (low, high) = row["coverage"], row["gate"]
+    side = "more" if share > high else "less"
+    return (
+        f" (covers {side} often than stated: {100 * share:.4g} %, gate {100 * low:.4g} to {100 * high:.4g} %)"
+    )
 
 
 def _power(document: Json) -> str:
