@@ -162,6 +162,24 @@ def test_a_series_is_one_channel(kind: str) -> None:
     np.testing.assert_array_equal(recording.values("signal"), SAMPLES[:, 0])
 
 
+@pytest.mark.parametrize(("key", "value", "counts"), [("scale_factor", 0.004, 250), ("gain", 131.0, 131)])
+def test_integers_of_xarray_with_a_scaling_that_nobody_applied_are_counts(
+    key: str, value: float, counts: int
+) -> None:
+    """As `open_dataset(mask_and_scale=False)` leaves them, and as loggers word it."""
+    xr = pytest.importorskip("xarray")
+    raw = np.arange(-500, 500, dtype=np.int16)
+    gyro = xr.DataArray(raw, dims="time", name="gyro", attrs={"units": "deg/s", key: value})
+    recording = Recording.from_samples(gyro, rate=100.0)
+    assert recording["gyro"].unit == "LSB"
+    (said,) = [note for note in recording.notes["source"]["guesses"] if "not applied" in note]
+    factor = said.partition('--scale-factor "')[2].rstrip('"')
+    scaled = Recording.from_samples(gyro, rate=100.0, scale_factor=factor)
+    assert np.allclose(scaled.scaled("gyro"), np.radians(raw / counts))
+    fine = Recording.from_samples(gyro.astype(float), rate=100.0)
+    assert fine["gyro"].unit == "deg/s"
+
+
 def test_units_of_attributes_are_kept_apart() -> None:
     xr = pytest.importorskip("xarray")
     dataset = xr.Dataset(

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.files.readers.arrays import chosen_table, table_of
 from allanite.files.readers.assembly import assemble
+from allanite.files.readers.packed_values import as_stored
 from allanite.files.readers.table import Options, Table
 from allanite.lazy_dataclasses import dataclass
 from allanite.recording.records import ArrayColumn, Recording
@@ -193,11 +194,24 @@ def _of_xarray(data: Any, what: str) -> Table:
         )
     units = {str(name): variable.attrs.get("units", "") for name, variable in dataset.variables.items()}
     units |= {str(name): units[str(name)] or data.attrs.get("units", "") for name in dataset.data_vars}
+    unapplied: list[str] = []
+    for (
+        name,
+        variable,
+    ) in dataset.data_vars.items():  # what xarray itself has applied is no attribute any more
+        key = str(name)
+        units[key], notes = as_stored(key, variable.dtype, variable.attrs, str(units[key]), applied=())
+        unapplied += notes
     table = _of_pandas(dataset.reset_coords(drop=True).to_dataframe(), what)
     of_columns = tuple(
         "" if i in table.time_units else str(units.get(h, "")) for i, h in enumerate(table.headings)
     )
-    return replace(table, units=of_columns, units_from="metadata" if any(of_columns) else "none")
+    return replace(
+        table,
+        units=of_columns,
+        units_from="metadata" if any(of_columns) else "none",
+        guesses=(*table.guesses, *unapplied),
+    )
 
 
 # -- time --------------------------------------------------------------------------------------------------

@@ -23,13 +23,7 @@ from allanite.files.readers.arrays import length_of, one_record, picked, table_o
 from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
 from allanite.files.readers.headings import may_be_time, read_heading
-from allanite.files.readers.packed_values import (
-    COUNTS,
-    is_offset,
-    packing_of,
-    said_of_unapplied,
-    unapplied_scaling,
-)
+from allanite.files.readers.packed_values import as_stored
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.stated_rate import chosen_rate, keyed_statement
 from allanite.files.readers.table import Options, Table
@@ -221,29 +215,18 @@ def _part(name: str, leaves: list[Leaf]) -> FilePart:
 
 
 def _unit(leaf: Leaf) -> str:
-    # The unit that the attributes state is that of scaled values.
-    return COUNTS if _stays_counts(leaf) else _stated_unit(leaf)
-
-
-def _stays_counts(leaf: Leaf) -> bool:
-    unapplied = any(not is_offset(key) for key in _scaling(leaf))
-    return unapplied and bool(_stated_unit(leaf)) and not _is_time(leaf) and packing_of(leaf.dataset) is None
+    return _as_stored(leaf)[0]
 
 
 def _unapplied(leaves: list[Leaf]) -> list[str]:
-    return [
-        said_of_unapplied(_last(leaf), unapplied, _stated_unit(leaf) if _stays_counts(leaf) else "")
-        for leaf in leaves
-        if (unapplied := _scaling(leaf))
-    ]
+    return [note for leaf in leaves for note in _as_stored(leaf)[1]]
 
 
-def _scaling(leaf: Leaf) -> dict[str, float]:
-    return unapplied_scaling(leaf.dataset.dtype, leaf.dataset.attrs)
-
-
-def _stated_unit(leaf: Leaf) -> str:
-    return next((u for k in _UNIT_KEYS if (u := text_of(_attribute(leaf.dataset, k)))), "")
+def _as_stored(leaf: Leaf) -> tuple[str, list[str]]:
+    unit = next((u for k in _UNIT_KEYS if (u := text_of(_attribute(leaf.dataset, k)))), "")
+    if _is_time(leaf):
+        return unit, []
+    return as_stored(_last(leaf), leaf.dataset.dtype, leaf.dataset.attrs, unit)
 
 
 def _attribute(thing: Any, key: str) -> Any:

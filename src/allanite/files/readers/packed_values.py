@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from allanite.lazy_dataclasses import dataclass
 
-__all__ = ["COUNTS", "Packing", "is_offset", "packing_of", "said_of_unapplied", "unapplied_scaling"]
+__all__ = ["Packing", "as_stored", "packing_of"]
 
-COUNTS: Final = "LSB"
+_COUNTS: Final = "LSB"
 
 _PACKING = ("scale_factor", "add_offset")
 _MISSING = ("_FillValue", "missing_value")
@@ -72,31 +72,54 @@ def packing_of(dataset: Any) -> Packing | None:
     )
 
 
-def unapplied_scaling(
-    kind: np.dtype[Any], attributes: Mapping[str, Any], applied: Collection[str] = _PACKING
+def as_stored(
+    name: str,
+    kind: np.dtype[Any],
+    attributes: Mapping[str, Any],
+    unit: str,
+    applied: Collection[str] = _PACKING,
+) -> tuple[str, list[str]]:
+    """Unit of values as they are read, and what is said of a scaling that nobody applies.
+
+    Loggers state the scaling of integers in words of their own. Their unit is then that of scaled values, and the
+    integers are counts.
+
+    Parameters
+    ----------
+    unit : str
+        The one that is stated, or "".
+    applied : collection of str
+        Attributes that were applied; with one of them the values are in the unit that is stated.
+    """
+    scaling = _unapplied(kind, attributes, applied)
+    if not scaling:
+        return unit, []
+    factors = [value for key, value in scaling.items() if not _is_offset(key)]
+    counts = bool(factors) and unit not in ("", _COUNTS) and not any(key in attributes for key in applied)
+    note = _said_of(name, scaling, factors, unit if counts else "")
+    return (_COUNTS if counts else unit), [note]
+
+
+def _unapplied(
+    kind: np.dtype[Any], attributes: Mapping[str, Any], applied: Collection[str]
 ) -> dict[str, float]:
-    """Attributes of integers that state a scaling in words of their own, which nobody applies."""
     if kind.kind not in "iu":
         return {}
     numbers = {str(key): _numbers(attributes.get(key)) for key in attributes if key not in applied}
     return {
         key: value[0]
         for key, value in numbers.items()
-        if len(value) == 1 and _SCALING.fullmatch(key) and value[0] != _CHANGES_NOTHING[is_offset(key)]
+        if len(value) == 1 and _SCALING.fullmatch(key) and value[0] != _CHANGES_NOTHING[_is_offset(key)]
     }
 
 
-def is_offset(key: str) -> bool:
+def _is_offset(key: str) -> bool:
     return bool(_OFFSET.search(key))
 
 
-def said_of_unapplied(
-    name: str, unapplied: Mapping[str, float], unit: str, applied: str = "scale_factor and add_offset"
-) -> str:
-    """What is said of integers whose scaling is not applied; `unit` is the one that their counts do not have, or ""."""
-    listed = " and ".join(f"{key} {value:g}" for key, value in unapplied.items())
-    sentence = f"{name}: {listed} not applied (only {applied} are defined)"
-    factors = [value for key, value in unapplied.items() if not is_offset(key)]
+def _said_of(name: str, scaling: Mapping[str, float], factors: list[float], unit: str) -> str:
+    """`unit` is the one that the counts do not have, or ""."""
+    sentence = f"{name}: {' and '.join(f'{key} {value:g}' for key, value in scaling.items())} not applied"
     if not unit:
         return sentence
     sentence += f": read as counts, not in {unit}"

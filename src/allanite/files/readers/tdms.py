@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError, InputError
 from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.headings import read_heading
-from allanite.files.readers.packed_values import COUNTS, is_offset, said_of_unapplied, unapplied_scaling
+from allanite.files.readers.packed_values import as_stored
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import GrowingColumn, refuse_bomb
 from allanite.files.readers.stated_rate import StatedRate, chosen_rate, keyed_statement
@@ -133,7 +133,8 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
         arrays = {str(i): _samples(channel, length) for i, channel in enumerate(taken)}
         stated = _stated(taken, file[part.name], file) if not rates else StatedRate()
         start = _start(taken[0].properties) if taken else None
-        headings, units = [c.name for c in taken], [_unit(c) for c in taken]
+        headings, stored = [c.name for c in taken], [_as_stored(c) for c in taken]
+        units, unapplied = [unit for unit, _ in stored], [note for _, notes in stored for note in notes]
         if len(rates) == 1 and start is not None and not any(_is_time(c) for c in taken):
             with open_regular(Path(path)) as whole:
                 starts = starts_of(whole, size, taken[0].path)
@@ -149,7 +150,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
             "rate": float(f"{1.0 / rates[0]:.14g}") if rates else stated.rate,
             "rate_from": "property wf_increment" if rates else stated.where,
             "start": start,
-            "guesses": [*guesses, *left, *stated.guesses, *_unapplied(taken)],
+            "guesses": [*guesses, *left, *stated.guesses, *unapplied],
             "source": {"group": part.name, "contents": listed(parts)},
         }
     return facts, arrays
@@ -250,35 +251,12 @@ def _start(properties: Mapping[str, Any]) -> int | None:
     return start + round(offset * 1e9) if start > _NOT_SET and math.isfinite(offset) else None
 
 
-def _unit(channel: Any) -> str:
-    # The unit that the properties state is that of scaled values.
-    return COUNTS if _stays_counts(channel) else _stated_unit(channel.properties)
-
-
-def _stated_unit(properties: Mapping[str, Any]) -> str:
-    return next((str(properties[k]).strip() for k in _UNIT_KEYS if str(properties.get(k, "")).strip()), "")
-
-
-def _stays_counts(channel: Any) -> bool:
-    unapplied = any(not is_offset(key) for key in _scaling(channel))
-    return unapplied and bool(_stated_unit(channel.properties)) and not _is_time(channel)
-
-
-def _scaling(channel: Any) -> dict[str, float]:
-    return unapplied_scaling(_type_of(channel), channel.properties, applied=())
-
-
-def _unapplied(channels: list[Any]) -> list[str]:
-    return [
-        said_of_unapplied(
-            channel.name,
-            unapplied,
-            _stated_unit(channel.properties) if _stays_counts(channel) else "",
-            "the scales of LabVIEW (NI_Scale)",
-        )
-        for channel in channels
-        if (unapplied := _scaling(channel))
-    ]
+def _as_stored(channel: Any) -> tuple[str, list[str]]:
+    properties = channel.properties
+    unit = next((str(properties[k]).strip() for k in _UNIT_KEYS if str(properties.get(k, "")).strip()), "")
+    if _is_time(channel):
+        return unit, []
+    return as_stored(channel.name, _type_of(channel), properties, unit, applied=())
 
 
 def _samples(channel: Any, length: int) -> NDArray[Any]:
