@@ -386,10 +386,11 @@ def _spectrum(order: Order) -> None:
     from verification.spectrum import run_fits, run_intervals, run_lines, run_power
     from verification.tables import write_tables
 
-    intervals = run_intervals(ROOT_SEED, _say, order.count(1000), order.workers)
-    lines = run_lines(ROOT_SEED, _say, order.count(1000), order.workers)
-    power = run_power(ROOT_SEED, _say, order.count(200), order.workers)
-    fits, false, alarms = run_fits(ROOT_SEED, _say, order.count(500), order.workers, order.cache)
+    many, workers, cache = order.count(1200), order.workers, order.cache
+    intervals = run_intervals(ROOT_SEED, _say, many, workers, cache)
+    lines = run_lines(ROOT_SEED, _say, many, workers, cache)
+    power = run_power(ROOT_SEED, _say, order.count(300), workers, cache)
+    fits, false, alarms = run_fits(ROOT_SEED, _say, many, workers, cache)
     parts = {
         "Coverage of the 95 % intervals of a density": intervals,
         "A sinusoid in coloured noise": lines,

@@ -40,8 +40,6 @@ BY_CURVE, BY_SAMPLES, BY_TERMS = "curve", "samples", "terms given"
 #: Error over the bound.
 BARS = {BY_CURVE: 1.6, BY_SAMPLES: 1.35, BY_TERMS: 1.1}
 _LETTERS = {"quantisation": "Q", "white": "N", "flicker": "B", "gauss_markov": "G", "random_walk": "K"}
-_OF_SLOW = 1 / 6  # of the records where one takes some ten seconds: a week, and gaps
-_LONG = 10_000_000  # samples
 
 
 def run_fits(
@@ -50,11 +48,9 @@ def run_fits(
     """By the name of the scenario: what each record's fits print, by method."""
     made = {}
     for scenario in scenarios:
-        slow = scenario.n_samples > _LONG or scenario.missing
-        count = max(round(records * (_OF_SLOW if slow else 1.0)), 2)
         place = place_of(cache, "fits", scenario.name, seed)
-        work = partial(_fitted, seed, ALL.index(scenario))
-        made[scenario.name] = spread(work, range(count), workers=workers, say=say, place=place, chunk=1)
+        work, tasks = partial(_fitted, seed, ALL.index(scenario)), range(scenario.count(records))
+        made[scenario.name] = spread(work, tasks, workers=workers, say=say, place=place, chunk=1)
     return made
 
 

@@ -76,7 +76,7 @@ def run_overbound(records: int, seed: int, say: Say, workers: int, folder: Path)
     """
     tables: dict[str, list[Json]] = {}
     for number, scenario in enumerate(SCENARIOS):
-        tasks = [(seed, number, i) for i in range(records)]
+        tasks = [(seed, number, i) for i in range(scenario.count(records))]
         place = folder / f"overbound-{number}.jsonl"
         results = spread(one, tasks, workers=workers, say=say, place=place, chunk=1)
         for kind in _kinds(scenario):

@@ -28,6 +28,8 @@ from allanite.recording.records import Recording
 __all__ = ["HARDER", "SCENARIOS", "SEED", "Scenario", "bound"]
 
 _DEG = math.pi / 180
+_OF_SLOW = 1 / 6  # of the records where one takes some ten seconds: a week, and gaps
+_LONG = 10_000_000  # samples
 #: The seed paper's sensor: N 0.0122 deg/sqrt(s), B 0.0027 deg/s, T_b 238.1 s, K 6.8314e-5 deg/s^1.5.
 SEED = NoiseModel.of(
     White(N=0.0122 * _DEG),
@@ -65,6 +67,11 @@ class Scenario:
     @property
     def family(self) -> str:
         return "gauss-markov" if self.model.term("gauss_markov") else "flicker"
+
+    def count(self, records: int) -> int:
+        """Records of this scenario where a quick one has so many."""
+        slow = self.n_samples > _LONG or self.missing
+        return max(round(records * (_OF_SLOW if slow else 1.0)), 2)
 
     def truth(self) -> dict[str, float]:
         """Every parameter of the candidate family; 0 where the term is absent."""

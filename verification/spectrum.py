@@ -75,7 +75,7 @@ def _covered(noise: str, method: Any, gaps: bool, task: tuple[int, int]) -> tupl
     return [int(low.sum()), len(low)], [int(all_.sum()), len(all_)]
 
 
-def run_intervals(root: int, say: Say, records: int, workers: int) -> list[Json]:
+def run_intervals(root: int, say: Say, records: int, workers: int, folder: Path) -> list[Json]:
     """Coverage of the 95 % interval by the true folded density, and of that of the lowest points alone."""
     rows = []
     for i, noise in enumerate(_NOISES):
@@ -83,7 +83,8 @@ def run_intervals(root: int, say: Say, records: int, workers: int) -> list[Json]
             for gaps in (False, True):
                 tasks = [(root, i, k) for k in range(records)]
                 work = partial(_covered, noise, method, gaps)
-                found = spread(work, tasks, workers=workers, chunk=8)
+                place = place_of(folder, "density", noise, method, gaps)
+                found = spread(work, tasks, workers=workers, place=place, chunk=8)
                 low, every = (np.array([f[k] for f in found]).sum(axis=0) for k in (0, 1))
                 row: Json = {"noise": noise, "method": method, "gaps": gaps, "records": records}
                 for name, (hits, points) in (("lowest points", low), ("all points", every)):
@@ -115,12 +116,13 @@ def _line(share: float, task: tuple[int, int]) -> tuple[bool, bool, bool, bool]:
     return True, line.stable, inside, line.frequency_lower < _LINE.frequency < line.frequency_upper
 
 
-def run_lines(root: int, say: Say, records: int, workers: int) -> list[Json]:
+def run_lines(root: int, say: Say, records: int, workers: int, folder: Path) -> list[Json]:
     """A sinusoid in coloured noise, by its amplitude over that which is just found."""
     rows = []
     for share in (1.0, 2.0, 8.0):
         tasks = [(root, 77, k) for k in range(records)]
-        found = np.array(spread(partial(_line, share), tasks, workers=workers))
+        place = place_of(folder, "line", share)
+        found = np.array(spread(partial(_line, share), tasks, workers=workers, place=place))
         seen = found[found[:, 0]]
         steady = seen[seen[:, 1]]
         gate = within(len(steady))
@@ -175,7 +177,7 @@ def run_fits(
     """Rows of parameters, of false declarations, and of false alarms between lags and frequencies."""
     parameters, false, alarms = [], [], []
     for i, scenario in enumerate(SCENARIOS):
-        tasks = [(root, i, k) for k in range(records)]
+        tasks = [(root, i, k) for k in range(scenario.count(records))]
         results = spread(
             _fit, tasks, workers=workers, say=say, place=place_of(folder, "spectral", i), chunk=1
         )
@@ -267,13 +269,14 @@ def _seen(case: str, size: float, task: tuple[int, int]) -> tuple[bool, bool]:
     return disagreement(lag, ordinates_of(alone, left)) is not None, said
 
 
-def run_power(root: int, say: Say, records: int, workers: int) -> list[Json]:
+def run_power(root: int, say: Say, records: int, workers: int, folder: Path) -> list[Json]:
     """Share of records in which the comparison says that lags and frequencies disagree."""
     rows = []
     for i, (case, (_, sizes)) in enumerate(_CASES.items()):
         for size in sizes:
             tasks = [(root, 100 + i, k) for k in range(records)]
-            found = np.array(spread(partial(_seen, case, size), tasks, workers=workers, chunk=1))
+            place = place_of(folder, "disagree", i, size)
+            found = np.array(spread(partial(_seen, case, size), tasks, workers=workers, place=place, chunk=1))
             rows.append(
                 {
                     "case": case if math.isclose(size, 0.0) else f"{case} {size:g}",
