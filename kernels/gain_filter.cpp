@@ -21,15 +21,15 @@ using allanite::Index;
 using allanite::Slice;
 
 template <bool draws>
-auto of_size(Index n) noexcept {
+allanite::GainRows of_size(Index n, bool square_root) noexcept {
     switch (n) {
 #ifndef ALLANITE_FALLBACK  // processors without AVX2 make do with one size for all: the wheel is to be small
-        case 1: return allanite::gain_filter<1, draws>;
-        case 2: return allanite::gain_filter<2, draws>;
-        case 3: return allanite::gain_filter<3, draws>;
-        case 4: return allanite::gain_filter<4, draws>;
+        case 1: return allanite::gain_rows_of<1, draws>(square_root);
+        case 2: return allanite::gain_rows_of<2, draws>(square_root);
+        case 3: return allanite::gain_rows_of<3, draws>(square_root);
+        case 4: return allanite::gain_rows_of<4, draws>(square_root);
 #endif
-        default: return allanite::gain_filter<allanite::any_size, draws>;
+        default: return allanite::gain_rows_of<allanite::any_size, draws>(square_root);
     }
 }
 
@@ -45,9 +45,10 @@ bool ALLANITE_GAIN_FILTER(const GainFilterCall& c) noexcept {
                                     c.first, c.step, {c.means, some}, {c.sds, some}};
     allanite::FilterState<double> state{{c.state, n}, {c.covariance, size}, {{c.directions, size}, Index(c.counts[2])},
                                         allanite::likelihood_in(c.sums, c.counts)};
-    const bool done = (c.draws ? of_size<true>(n) : of_size<false>(n))(
-        model, c.square_root, steps, {c.y, c.rows}, {c.made, made}, {c.drift, drift}, {c.readout, g * n}, state, out,
-        {c.scratch, allanite::gain_filter_scratch(n, g)});
+    const auto rows = c.draws ? of_size<true>(n, c.square_root) : of_size<false>(n, c.square_root);
+    const bool done = allanite::gain_filter(rows, model, c.square_root, steps, {c.y, c.rows}, {c.made, made},
+                                            {c.drift, drift}, {c.readout, g * n}, state, out,
+                                            {c.scratch, allanite::gain_filter_scratch(n, g)});
     allanite::keep(state.likelihood, state.directions.rank, c.sums, c.counts);
     return done;
 }

@@ -486,8 +486,8 @@ DriftResult drift_of(const MarkovCase& c, Index levels) {
     FilterState<double> state{whole(r.x), whole(r.p), {whole(r.directions), 0}, {}};
     Reals<double> scratch(gain_filter_scratch(1, 2));
     const DriftOutput out{whole(r.drift), whole(r.sd), whole(r.standardized), 5, step, whole(r.means), whole(r.sds)};
-    const bool done = gain_filter<N, false>(model, false, steps, whole(c.y), {nullptr, 0}, whole(c.drift_row),
-                                            whole(c.readout), state, out, whole(scratch));
+    const bool done = gain_filter(gain_rows_of<N, false>(false), model, false, steps, whole(c.y), {nullptr, 0},
+                                  whole(c.drift_row), whole(c.readout), state, out, whole(scratch));
     check(done, "gain from polynomials: done");
     r.likelihood = state.likelihood;
     return r;
@@ -507,8 +507,8 @@ void gain_from_polynomials() {
     drawn[1000] = drawn[1001] = 0.0;
     const Model<double> model{1, 1, whole(c.transition), whole(c.process), whole(c.output), whole(c.noise), 0, 0};
     FilterState<double> state{whole(x), whole(p), {whole(none), 0}, {}};
-    gain_filter<N, true>(model, false, {MarkovCase::levels, whole(c.a), whole(c.g), whole(c.h)}, fixed(whole(drawn)),
-                         whole(drawn), {nullptr, 0}, {nullptr, 0}, state, {}, whole(scratch));
+    gain_filter(gain_rows_of<N, true>(false), model, false, {MarkovCase::levels, whole(c.a), whole(c.g), whole(c.h)},
+                fixed(whole(drawn)), whole(drawn), {nullptr, 0}, {nullptr, 0}, state, {}, whole(scratch));
     drawn.resize(1000);
     check(near(drawn, Reals<double>(c.y.begin(), c.y.begin() + 1000), 1e-10), "innovations give back their samples");
 }

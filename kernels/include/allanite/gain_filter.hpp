@@ -334,18 +334,28 @@ inline Index find_feeding(const Transition<double>& f, Index n, Slice<double> fe
     return count;
 }
 
-/// Filters a block; or draws its samples, if `draws`. `state` as in filter(). No steps: row by row throughout.
+/// The rows of a block, by number of states, form and direction.
+using GainRows = void (*)(GainRun&) noexcept;
+
+template <int N, bool draws>
+GainRows gain_rows_of(bool square_root) noexcept {
+    return square_root ? gain_rows<N, true, draws> : gain_rows<N, false, draws>;
+}
+
+/// Filters a block; or draws its samples, if `rows` are of that kind. `state` as in filter(). No steps: row by row
+/// throughout.
 ///
+/// @param rows     gain_rows_of the same form
 /// @param y        (rows) not finite: missing
-/// @param made     empty; if `draws`, the same memory as y: normal numbers that become samples
-/// @param drift    (n) the readout of each row; empty if `draws`, as is `out`
+/// @param made     empty; if drawn, the same memory as y: normal numbers that become samples
+/// @param drift    (n) the readout of each row; empty if drawn, as is `out`
 /// @param readout  (g * n) the readouts of some rows
 /// @param scratch  (gain_filter_scratch)
 /// @return false, and nothing done, if the square-root form is asked for and Q is not positive semidefinite
-template <int N, bool draws>
-bool gain_filter(const Model<double>& model, bool square_root, const RiccatiSteps& steps, Slice<const double> y,
-                 Slice<double> made, Slice<const double> drift, Slice<const double> readout, FilterState<double>& state,
-                 const DriftOutput& out, Slice<double> scratch) noexcept {
+inline bool gain_filter(GainRows rows, const Model<double>& model, bool square_root, const RiccatiSteps& steps,
+                        Slice<const double> y, Slice<double> made, Slice<const double> drift,
+                        Slice<const double> readout, FilterState<double>& state, const DriftOutput& out,
+                        Slice<double> scratch) noexcept {
     const Index n = model.states, g = n > 0 ? readout.size / n : 0;
     Index used = 0;
     const auto take = [&](Index size) noexcept {
@@ -369,7 +379,6 @@ bool gain_filter(const Model<double>& model, bool square_root, const RiccatiStep
                       n_feeding, drift,        readout,      g};
     GainRun run{m,     steps,   w,   gain_segment(n, g, take(segment_scratch(n, g))), take(g),
                 state, y,       made, out, 0};
-    const auto rows = square_root ? gain_rows<N, true, draws> : gain_rows<N, false, draws>;
     rows(run);
     return true;
 }

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What is measured with a sensor once its noise is known.
 
-``reversals``, ``static_spans``
-    When was it turned, and when was it at rest?
+``reversals``, ``static_spans``, ``setup``
+    When was it turned, when was it at rest, and what is known of the setup?
 ``earth_rate``, ``rate_vector``, ``north``, ``alignment``
     The Earth's rotation and the directions that it gives.
 ``calibration``, ``rate_table``, ``redundancy``

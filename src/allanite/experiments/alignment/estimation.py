@@ -45,6 +45,7 @@ from allanite.experiments.alignment.solution import AlignmentSolution, Knowledge
 from allanite.experiments.alignment.turns import calibrated
 from allanite.experiments.alignment.verdict import AlignmentCheckKind
 from allanite.experiments.north.circle import half_width, seen_from
+from allanite.experiments.setup import setup_of
 from allanite.experiments.static_spans import StaticSpans
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import NoiseModel
@@ -122,7 +123,8 @@ def align(
         Standard deviations of the biases of gyros and accelerometers from one power-on to the next, added to those of
         the calibration. Without either, the gyro biases are unknown.
     stated : SetupUncertainty, optional
-        Standard uncertainties of the gyro scale factors, the latitude, the leveling (tilt) and the mounting (heading).
+        Standard uncertainties of the gyro scale factors (without a calibration by default those of the channels), the
+        latitude, the leveling (tilt) and the mounting (heading).
     gyro, accelerometer : sequence of str, optional
         Channels x, y, z, where they do not follow from their kind.
     confidence : float
@@ -153,9 +155,10 @@ def align(
     checked_latitude(latitude)
     seen_from(confidence)  # refuses a confidence that makes no sense
     advance = progress or (lambda fraction, what: None)
-    stated = stated or SetupUncertainty()
     unit, other_channels = unit_of(recording, calibration, gyro, accelerometer)
     frame = frame_of(recording, unit, model, axes, latitude)
+    nominal = calibration is None or GYRO not in calibration.sensors
+    stated = setup_of(stated, (recording[name] for name in frame.gyro) if nominal else ())
     setting = AlignmentSetting(
         frame=frame,
         sensors=Sensors.of(calibration, bias_repeatability, stated),

@@ -30,6 +30,7 @@ from allanite.experiments.reversals import Reversals, find_reversals
 from allanite.experiments.reversals.sides import is_vertical, sign_at_first
 from allanite.experiments.reversals.turned_over import TurnedOver, turned_over
 from allanite.experiments.reversals.turns import DEAD_TIME
+from allanite.experiments.setup import setup_of
 from allanite.filtering.regression import LEVEL, Regression
 from allanite.noise import NoiseModel, White
 from allanite.quantities.earth import EARTH_RATE, checked_latitude
@@ -92,7 +93,7 @@ def measure_earth_rate(
     temperature : str, optional
         Name of a temperature channel to fit with the rate.
     stated : SetupUncertainty, optional
-        Uncertainties of scale factor, latitude, tilt and heading.
+        Uncertainties of scale factor (by default that of the channel), latitude, tilt and heading.
     g_sensitivity : float [rad/s/(m/s^2)]
         Standard uncertainty of the rate that gravity along an axis adds, for an axis turned between up and down; 0 if
         not stated.
@@ -118,11 +119,11 @@ def measure_earth_rate(
     multiplies the standard deviation by the root of chi-square over its expectation (R. T. Birge, Phys. Rev. 40 (1932)
     207). A record without reversals gives no rate: bias and Earth are one constant there.
     """
-    uncertainties = stated or SetupUncertainty()
     vertical = is_vertical(first if reversals is None else reversals.first)
-    _refuse(latitude, confidence, uncertainties, g_sensitivity, vertical=vertical)
+    _refuse(latitude, confidence, stated or SetupUncertainty(), g_sensitivity, vertical=vertical)
     advance = progress or (lambda fraction, what: None)
     name = rate_channel(recording, channel)
+    uncertainties = setup_of(stated, (recording[name],))
     if temperature is not None:
         checked_thermometer(recording, temperature, (name,))
     if reversals is None:

@@ -28,6 +28,7 @@ from allanite.experiments.north.solution import NorthSolution, solve
 from allanite.experiments.north.tracks import Axes, Rotation, Track, axes_of, tracks_of
 from allanite.experiments.north.verdict import NorthCheckKind, NorthVerdict
 from allanite.experiments.reversals import Reversals
+from allanite.experiments.setup import setup_of
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.quantities.earth import EARTH_RATE, checked_latitude
@@ -78,8 +79,9 @@ def find_north(
         Axes in the horizontal plane; of several the heading of each less that of the first, from north over east: an
         axis to the right of the first has pi/2, one to the left -pi/2. By default the only channel of rates.
     stated : SetupUncertainty, optional
-        Uncertainties of scale factor, latitude, tilt and headings; the tilt here is that towards the east as well as
-        that towards the north, the heading that of each position, or of the start of a rotation.
+        Uncertainties of scale factor (by default that of the channels), latitude, tilt and headings; the tilt here is
+        that towards the east as well as that towards the north, the heading that of each position, or of the start of
+        a rotation.
     misalignment : float [rad]
         Standard uncertainty of the direction of each axis on the table.
     confidence : float
@@ -120,9 +122,8 @@ def find_north(
     advance(0.8, "checking the residuals")
     scatter = scatter_of(tracks)
     checks = _checks(solution, scatter)
-    estimate = _estimate(
-        tracks, solution, scatter, checks, latitude, stated or SetupUncertainty(), misalignment, confidence
-    )
+    setup = setup_of(stated, (recording[name] for name in axes))
+    estimate = _estimate(tracks, solution, scatter, checks, latitude, setup, misalignment, confidence)
     estimate = replace(
         estimate,
         running=_running(solution, rows, tracks[0].blocks.dt, inflation_of(checks)),

@@ -28,6 +28,7 @@ from allanite.experiments.rate_vector.stretches import (
 )
 from allanite.experiments.rate_vector.vectors import Vectors, interval_of
 from allanite.experiments.rate_vector.verdict import LeftOut
+from allanite.experiments.setup import setup_of
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.quantities.earth import EARTH_RATE
@@ -73,7 +74,8 @@ def measure_rate_vector(
     latitude : float, optional [rad]
         With three accelerometers in the recording, the angle between gravity and the vector is checked against it.
     stated : SetupUncertainty, optional
-        Uncertainties of scale factor, latitude and tilt (here that of the accelerometers against the gyros).
+        Uncertainties of scale factor (by default that of the channels), latitude and tilt (here that of the
+        accelerometers against the gyros).
     bias : float [rad/s]
         Standard uncertainty of the bias of each axis, if it is known from elsewhere.
     confidence : float
@@ -129,11 +131,12 @@ def measure_rate_vector(
     quiet = (state == QUIET) & (pose == vectors.longest)
     gravity = _gravity(recording, cells, quiet)
     checks = [*size_checks(vectors.size), *pose_check(vectors)]
+    setup = setup_of(stated, (recording[name] for name in names))
     if gravity is not None and latitude is not None:
-        checks.append(latitude_check(vectors, gravity, latitude, stated or SetupUncertainty(), bias))
+        checks.append(latitude_check(vectors, gravity, latitude, setup, bias))
     budget = {
         "noise": vectors.sd,
-        "scale factor": (stated or SetupUncertainty()).scale * vectors.length,
+        "scale factor": setup.scale * vectors.length,
         "bias": bias,
         "resolution": _resolution(recording, names, cells, quiet, vectors),
     }

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The columns of an Arrow table, in a file or in memory, as a Table; decoded group by group when they are read.
 
-Units are taken from a field's metadata (key ``unit``) or its name, the rate from the table's metadata (``rate``,
-``sample_rate``, ``fs``).
+Units are taken from a field's metadata (``unit`` or ``units``) or its name, the rate from the table's metadata
+(``rate``, ``sample_rate``, ``fs``).
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
 from allanite.files.readers.nested_columns import Decode, NumberColumn, number_columns
+from allanite.files.readers.packed_values import UNIT_KEYS, as_stored
 from allanite.files.readers.stated_rate import StatedRate, Statement, chosen_rate, keyed_statement
 from allanite.files.readers.table import Table
 from allanite.lazy_dataclasses import dataclass
@@ -228,7 +229,8 @@ def table_of_arrow(
             time_units[len(columns)] = "iso8601"
         dtype = _dtype(f.type)
         columns.append(_LazyColumn(f, dtype, edges, decode, dtype.kind in "iu"))
-    units = tuple(f.metadata.get(b"unit", b"").decode("utf-8", "replace") for f in used)
+    stored = [_as_stored(f) for f in used]
+    units = tuple(unit for unit, _ in stored)
     ours = _ours(schema.metadata or {}, name)
     stated = _rate(schema.metadata or {})
     dropped = [n for n in schema.names if n not in {f.source for f in used}]
@@ -245,7 +247,7 @@ def table_of_arrow(
         rate_doubt=None if ours else stated.doubt,
         start=ours.get("start"),
         source=source,
-        guesses=(*left_out, *stated.guesses),
+        guesses=(*left_out, *stated.guesses, *(note for _, notes in stored for note in notes)),
         left_out=tuple(dropped),
         channels=ours.get("channels"),
         history=ours.get("history", ()),
@@ -255,6 +257,25 @@ def table_of_arrow(
             if f.name in dropped and schema.names.count(f.name) == 1 and _is_word(f.type)
         ),
     )
+
+
+def _as_stored(column: NumberColumn) -> tuple[str, list[str]]:
+    words = {
+        key.decode("utf-8", "replace"): value.decode("utf-8", "replace")
+        for key, value in column.metadata.items()
+    }
+    unit = next((words[key] for key in UNIT_KEYS if words.get(key)), "")
+    if _is_time(column.type):
+        return unit, []
+    numbers = {key: number for key, text in words.items() if (number := _number(text)) is not None}
+    return as_stored(column.name, _dtype(column.type), numbers, unit, applied=())
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def _rate(metadata: Mapping[bytes, bytes]) -> StatedRate:

@@ -23,7 +23,7 @@ from allanite.files.readers.arrays import length_of, one_record, picked, table_o
 from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
 from allanite.files.readers.headings import may_be_time, read_heading
-from allanite.files.readers.packed_values import as_stored
+from allanite.files.readers.packed_values import UNIT_KEYS, as_stored
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.stated_rate import chosen_rate, keyed_statement
 from allanite.files.readers.table import Options, Table
@@ -37,7 +37,6 @@ _MAGIC = b"\x89HDF\r\n\x1a\n"
 _MATLAB = b"MATLAB"
 _SPARE_MEMORY = 512 << 20
 _SMALL = 4096  # elements; smaller arrays may describe the large ones
-_UNIT_KEYS: Final = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -223,7 +222,7 @@ def _unapplied(leaves: list[Leaf]) -> list[str]:
 
 
 def _as_stored(leaf: Leaf) -> tuple[str, list[str]]:
-    unit = next((u for k in _UNIT_KEYS if (u := text_of(_attribute(leaf.dataset, k)))), "")
+    unit = next((u for k in UNIT_KEYS if (u := text_of(_attribute(leaf.dataset, k)))), "")
     if _is_time(leaf):
         return unit, []
     return as_stored(_last(leaf), leaf.dataset.dtype, leaf.dataset.attrs, unit)

@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from allanite.lazy_dataclasses import dataclass
 
-__all__ = ["Packing", "as_stored", "packing_of"]
+__all__ = ["UNIT_KEYS", "Packing", "as_stored", "packing_of"]
+
+UNIT_KEYS: Final = ("unit", "units", "Unit", "Units", "UNIT", "UNITS")
 
 _COUNTS: Final = "LSB"
 

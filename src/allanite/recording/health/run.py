@@ -131,7 +131,8 @@ def scale(recording: Recording) -> Iterator[Finding]:
         yield finding(
             "scale_uncertain",
             f"the scale factor has a standard uncertainty of {percent(channel.scale_uncertainty or 0.0)}"
-            f"{_dated(recording)}: it enters the intervals and bounds of fitted noise models, and no other interval",
+            f"{_dated(recording)}: it enters the intervals of fitted noise models, of bounds and of the Earth's rate, "
+            "and no others",
             severity=Severity.INFO,
             channel=channel.name,
             count=recording.n_samples,

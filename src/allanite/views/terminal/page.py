@@ -46,6 +46,8 @@ __all__ = ["show_blocks", "show_document", "show_models", "show_page"]
 
 #: Columns of the bar of a whole.
 _LONGEST = 20
+#: Findings that say what an interval holds: shown with every result.
+_OF_INTERVALS = {"scale_uncertain"}
 
 
 def show_document(
@@ -81,9 +83,11 @@ def show_page(
 
 
 def _show_findings(block: Findings, style: TerminalStyle) -> None:
-    """Those of a study in a line each or in full; of another result the grave ones."""
+    """Those of a study in a line each or in full; of another result the grave ones, and what its intervals lack."""
     if not block.first:
-        show_findings([f for f in block.findings if f.severity is not Severity.INFO])
+        show_findings(
+            [f for f in block.findings if f.severity is not Severity.INFO or f.code in _OF_INTERVALS]
+        )
     elif style.details:
         show_findings(block.findings)
     else:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.plain_files.printable import printable
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, number
-from allanite.recording.health.finding import Finding, Severity
+from allanite.recording.health.finding import Finding, Severity, percent
 from allanite.views.terminal.console import console, table_of
 from allanite.views.wording.findings import finding_kinds, finding_line, movement, said_of
 from allanite.views.wording.recorded import missing_lines, record_facts
@@ -194,6 +194,15 @@ def show_curve(curve: AllanCurve | OverFloor) -> None:
     for first in range(0, len(curve.channels), room):
         out.print(curve_table(curve, range(first, min(first + room, len(curve.channels)))))
     out.print(f"{curve.statistic}, {100 * curve.confidence:g} % intervals ({curve.interval_basis})")
+    for channel in curve.channels:
+        if channel.scale_uncertainty is not None:
+            scale = percent(channel.scale_uncertainty)
+            out.print(
+                f"{printable(channel.name)}: the intervals do not include the scale factor's standard uncertainty of "
+                f"{scale}",
+                soft_wrap=True,
+            )
+    out.print("Gaps and overloads are excluded. Other faults are not looked for: allanite info")
 
 
 def show_interval_errors(errors: Sequence[IntervalError]) -> None:

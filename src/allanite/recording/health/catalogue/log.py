@@ -222,8 +222,9 @@ LOG: dict[str, FindingKind] = {
         severity="info",
         means="the standard uncertainty of the scale factor was stated",
         risk="",
-        done="it enters the intervals and bounds of fitted noise models in quadrature, on a logarithmic scale; the "
-        "statistical interval is kept as well",
-        advice="state it for other measurements, too: --scale-uncertainty",
+        done="it enters the intervals of fitted noise models and of bounds in quadrature, on a logarithmic scale (the "
+        "statistical interval is kept as well), and the budgets of the Earth's rate, north and align, unless "
+        "--scale-uncertainty states another",
+        advice="none needed",
     ),
 }
