@@ -80,6 +80,25 @@ def test_the_datasets_of_a_group_are_a_table(tmp_path: Path, monkeypatch: pytest
         read(path, variable="imu7")
 
 
+@pytest.mark.parametrize("own", [True, False])
+def test_a_group_without_time_takes_that_of_the_nearest_group_above(tmp_path: Path, own: bool) -> None:
+    def build(file: Any) -> None:
+        file["t"] = np.arange(2000) / 25
+        file["imu/time"] = np.arange(2000) / 50
+        file["imu/time_of_reset"] = np.arange(40.0)  # of another length
+        if own:
+            file["imu/gyro/time"] = np.arange(2000) / 100
+        for axis in range(3):
+            file[f"imu/gyro/{'xyz'[axis]}"] = GYRO[:, axis]
+        file["imu/accel/data"] = ACCEL
+
+    path = write(tmp_path, build)
+    gyro = read(path, variable="imu/gyro")
+    assert (gyro.rate, gyro.names) == (100.0 if own else 50.0, ("x", "y", "z"))
+    assert np.array_equal(gyro.values("y"), GYRO[:, 1].astype(float))
+    assert read(path, variable="imu/accel/data").rate == 50.0
+
+
 def test_rates_and_fields(tmp_path: Path) -> None:
     def build(file: Any) -> None:
         file.attrs["sample_rate"] = 400

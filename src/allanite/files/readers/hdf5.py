@@ -190,13 +190,30 @@ def _tables(tree: Tree) -> dict[str, list[Leaf]]:
         kind = leaf.dtype.kind in "iuf" or (leaf.dtype.names is not None and len(leaf.shape) == 1)
         if kind and len(leaf.shape) in (1, 2) and length_of(leaf.shape) > 1 and not leaf.dtype.hasobject:
             together.setdefault((leaf.path.rpartition("/")[0], length_of(leaf.shape)), []).append(leaf)
-    samples = {k: leaves for k, leaves in together.items() if not all(map(_is_time, leaves))}
+    samples = {
+        (group, length): leaves + _time_above(group, length, leaves, together)
+        for (group, length), leaves in together.items()
+        if not all(map(_is_time, leaves))
+    }
     ordered = sorted((samples or together).items(), key=lambda item: -item[0][1])
     tables: dict[str, list[Leaf]] = {}
     for (group, length), leaves in ordered:
         name = f"/{group}"
         tables[f"{name} ({length} rows)" if name in tables else name] = leaves
     return tables
+
+
+def _time_above(
+    group: str, length: int, leaves: list[Leaf], together: Mapping[tuple[str, int], list[Leaf]]
+) -> list[Leaf]:
+    """Time of the nearest group above that has one of this length, for a group without any."""
+    if any(map(_is_time, leaves)):
+        return []
+    while group:
+        group = group.rpartition("/")[0]
+        if time := [leaf for leaf in together.get((group, length), []) if _is_time(leaf)]:
+            return time
+    return []
 
 
 def _group_of(variable: str | None, tables: Mapping[str, Any]) -> str | None:
