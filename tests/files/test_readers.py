@@ -380,6 +380,45 @@ def test_a_header_in_another_encoding_may_be_repeated(tmp_path: Path) -> None:
     assert recording["Drehrate"].unit == "°/s"
 
 
+@pytest.mark.parametrize(
+    "between", [",", ";", "\t", "|", " "], ids=["comma", "semicolon", "tab", "bar", "blank"]
+)
+@pytest.mark.parametrize(
+    "header",
+    [
+        "time [s],gx [deg/s],gy [deg/s]",
+        "# time gx gy",
+        "time;gx;gy",
+        "% Columns: t, gx, gy",
+        "time\tgx\tgy",
+        "// t | gx | gy",
+    ],
+)
+def test_a_header_may_have_another_delimiter_than_the_data(tmp_path: Path, header: str, between: str) -> None:
+    rows = [between.join([f"{k / 100:.2f}", f"{k % 7}.25", f"{k % 5}.5"]) for k in range(50)]
+    (tmp_path / "a.csv").write_text("\n".join([header, *rows]))
+    recording = read(tmp_path / "a.csv")
+    assert (recording.names, recording.rate) == (("gx", "gy"), 100.0)
+    assert recording["gx"].unit == ("deg/s" if "deg/s" in header else "")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# gyro bias test",
+        "# gyro temperature log",
+        "Sensor A, gyro rate, at rest",
+        "# gyro, 100 Hz, 25 C",
+        "Channels: 3",
+    ],
+)
+def test_a_sentence_above_the_data_is_no_header(tmp_path: Path, line: str) -> None:
+    for between in (";", "\t"):
+        rows = [between.join([f"{k / 100:.2f}", f"{k % 7}.25", f"{k % 5}.5"]) for k in range(50)]
+        (tmp_path / "a.csv").write_text("\n".join([line, *rows]))
+        assert read(tmp_path / "a.csv").names == ("ch0", "ch1")
+
+
 def test_a_time_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("time,wx\n" + "".join(f"T+{k}s,{k}.5\n" for k in range(10)))
     with pytest.raises(InputError, match=r"--rate.*text columns left out: time"):

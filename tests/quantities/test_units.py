@@ -217,6 +217,13 @@ def test_what_is_refused(text: str, hint: str) -> None:
         parse_unit(text)
 
 
+@pytest.mark.parametrize("word", ["unknown", "unit", "uv light"])
+def test_an_error_repeats_a_word_as_it_was_written(word: str) -> None:
+    with pytest.raises(InputError) as refused:
+        parse_unit(word)
+    assert "µ" not in str(refused.value).partition("(nearest")[0]
+
+
 def test_expected_class_may_be_one_of_several() -> None:
     assert parse_unit("g", (QuantityKind.ACCELERATION, QuantityKind.ANGLE_RATE)).factor == 9.80665
     with pytest.raises(InputError, match="text such as"):

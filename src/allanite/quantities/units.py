@@ -415,7 +415,8 @@ def _evaluate(text: str, acceleration: bool = False) -> _Value:
     try:
         factor, dimension = _Parser(_tokens(_normalise(text)), acceleration).whole()
     except _NotAUnit as reason:
-        raise InputError(f"unit {text!r}: {reason}") from None
+        words = str(reason) if "µ" in text.translate(_SPELLINGS) else str(reason).replace("'µ", "'u")
+        raise InputError(f"unit {text!r}: {words}") from None
     if not 1e-300 < factor < 1e300:
         raise InputError(f"unit {text!r}: its factor {factor} is out of range")
     return factor, dimension

@@ -18,9 +18,10 @@ from functools import lru_cache
 from allanite.errors import FormatError, InputError
 from allanite.files.readers.curve_shape import names_averaging_times
 from allanite.files.readers.delimited.dates import NUMBERS, date_format, packed_format
+from allanite.files.readers.delimited.header_rows import names_and_units
 from allanite.files.readers.delimited.row_kinds import KindsOfRows, is_of_kind, word_at
 from allanite.files.readers.delimited.suffixes import NUMBER, like_a_unit, split_suffix
-from allanite.files.readers.headings import is_unit, measures, read_heading, unbracketed
+from allanite.files.readers.headings import is_unit, measures, read_heading
 from allanite.lazy_dataclasses import dataclass
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.channel_names import for_shell
@@ -63,6 +64,8 @@ _QUOTED = re.compile(r'"[ ]*([-+]?\d*,[\d,.eE+-]*\d)[ ]*"')
 _QUOTED_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:,\d{3})+")
 #: What MATLAB displays above a matrix.
 _COMMON_FACTOR = re.compile(r"(1\.0e[-+]\d+) \*")
+#: What may stand before the names of the columns.
+_ANNOUNCED = re.compile(r"^\s*(?:columns?|fields?|channels?|header|names?|format)\s*[:=]\s*", re.IGNORECASE)
 #: What tells a spreadsheet program the delimiter, in the first line.
 _SEPARATOR = re.compile(r'"?sep=.?"?', re.IGNORECASE)
 #: Headings of columns that hold units.
@@ -175,7 +178,7 @@ def detect(
     header, preamble = (
         _header(before, vote, kinds[-1] == "e", quoted) if skip == first else ([], _filled(before))
     )
-    headings, units = _names_and_units([h.cells for h in header], vote.count)
+    headings, units = names_and_units([h.cells for h in header], vote.count)
     return Dialect(
         delimiter=vote.delimiter,
         decimal=vote.decimal,
@@ -569,7 +572,7 @@ def _filled(lines: Sequence[str]) -> tuple[str, ...]:
 def _header_cells(line: str, vote: _Vote, open_end: bool, quoted: bool) -> list[str] | None:
     """Cells of a header row, or None if the line is none."""
     commented = _is_comment(line)
-    text = _without_comment(line) if commented else line.strip("\r\n")
+    text = _ANNOUNCED.sub("", _without_comment(line) if commented else line.strip("\r\n"))
     cells = split(text, vote.delimiter, quoted=True)  # a name may be quoted where no sample is
     if len(cells) != vote.count:
         cells = split(text, vote.delimiter, quoted)
@@ -580,7 +583,7 @@ def _header_cells(line: str, vote: _Vote, open_end: bool, quoted: bool) -> list[
     if len(cells) == vote.count - 1 and open_end:
         cells = [*cells, ""]  # rows that end in a delimiter, under a header that does not
     if len(cells) != vote.count:
-        return None
+        return _otherwise_separated(text, vote)
     filled = [c for c in cells if c]
     words = sum(kind_of(c, vote.decimal) not in "if" for c in filled)
     if not filled or words < 0.6 * len(filled):
@@ -592,6 +595,16 @@ def _header_cells(line: str, vote: _Vote, open_end: bool, quoted: bool) -> list[
     return cells
 
 
+def _otherwise_separated(text: str, vote: _Vote) -> list[str] | None:
+    """Cells of a header with another delimiter than the data: known names, all of them where blanks separate them."""
+    for sep in _DELIMITERS if vote.count > 1 else ():
+        cells = split(text, sep, quoted=True)
+        known = all(map(_is_known, cells)) if sep == " " else _recognised(cells)
+        if len(cells) == vote.count and known:
+            return cells
+    return None
+
+
 def _is_name(cell: str) -> bool:
     """True for what names the only column: a word or two that are no sentence and state nothing."""
     return _NAME.fullmatch(cell) is not None and len(cell) <= 40
@@ -599,38 +612,11 @@ def _is_name(cell: str) -> bool:
 
 def _recognised(cells: Sequence[str]) -> bool:
     """True if half of the cells at least are names or units that sensors have (and not words of a sentence)."""
-    known = sum(bool(h.group or h.unit) and len(h.name) < 40 for h in map(read_heading, cells))
-    known = max(known, sum(is_unit(c) for c in cells))
+    known = max(sum(map(_is_known, cells)), sum(is_unit(c) for c in cells))
     of_curve = any(names_averaging_times(c) for c in cells)
     return (of_curve or known >= 0.5 * len(cells)) and not any(":" in c or "=" in c for c in cells)
 
 
-def _names_and_units(rows: Sequence[Sequence[str]], count: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    empty = ("",) * count
-    if not rows:
-        return empty, empty
-    names, units = list(rows), empty
-    if _is_units_row(rows[-1]) and (len(rows) > 1 or all(unbracketed(c) != c or not c for c in rows[-1])):
-        units = tuple(unbracketed(c) if is_unit(c) else "" for c in rows[-1])
-        names = list(rows[:-1])
-    if not names:
-        return empty, units
-    merged = list(names[-1])
-    for upper in reversed(names[:-1]):
-        merged = [f"{u} {m}".strip() for u, m in zip(_filled_forward(upper), merged, strict=True)]
-    return tuple(merged), units
-
-
-def _is_units_row(cells: Sequence[str]) -> bool:
-    blank = ("", "-", "[-]", "1", "n/a", "none", "utc")
-    units = [c for c in cells if c.lower() not in blank]
-    return bool(units) and all(is_unit(c) for c in units)
-
-
-def _filled_forward(cells: Sequence[str]) -> list[str]:
-    """A group name stands over its first column only: it counts for the empty cells to its right."""
-    filled, last = [], ""
-    for cell in cells:
-        last = cell or last
-        filled.append(last)
-    return filled
+def _is_known(cell: str) -> bool:
+    heading = read_heading(cell)
+    return bool(heading.group or heading.unit) and len(heading.name) < 40
