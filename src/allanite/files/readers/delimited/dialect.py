@@ -599,8 +599,9 @@ def _otherwise_separated(text: str, vote: _Vote) -> list[str] | None:
     """Cells of a header with another delimiter than the data: known names, all of them where blanks separate them."""
     for sep in _DELIMITERS if vote.count > 1 else ():
         cells = split(text, sep, quoted=True)
-        known = all(map(_is_known, cells)) if sep == " " else _recognised(cells)
-        if len(cells) == vote.count and known:
+        if len(cells) != vote.count:
+            continue
+        if all(map(_is_known, cells)) if sep == " " else _recognised(cells):
             return cells
     return None
 
