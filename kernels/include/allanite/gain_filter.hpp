@@ -259,14 +259,16 @@ auto segment_rows_of_size(Index n) noexcept {
 #ifdef ALLANITE_FALLBACK // beside another build for wide vectors: fewer widths, for processors before 2013
     return n <= 8 ? segment_rows<8, draws> : segment_rows<most_segment_states, draws>;
 #else
-    return n <= 4    ? segment_rows<4, draws>
-           : n <= 8  ? segment_rows<8, draws>
-           : n <= 12 ? segment_rows<12, draws>
-           : n <= 16 ? segment_rows<16, draws>
-           : n <= 20 ? segment_rows<20, draws>
-           : n <= 24 ? segment_rows<24, draws>
-           : n <= 32 ? segment_rows<32, draws>
-                     : segment_rows<most_segment_states, draws>;
+    // Drawing a number takes longer than the states: half as many widths, and a smaller library.
+    constexpr Index step = draws ? 8 : 4;
+    return n <= step        ? segment_rows<step, draws>
+           : n <= 8         ? segment_rows<8, draws>
+           : n <= 8 + step  ? segment_rows<8 + step, draws>
+           : n <= 16        ? segment_rows<16, draws>
+           : n <= 16 + step ? segment_rows<16 + step, draws>
+           : n <= 24        ? segment_rows<24, draws>
+           : n <= 32        ? segment_rows<32, draws>
+                            : segment_rows<most_segment_states, draws>;
 #endif
 }
 
