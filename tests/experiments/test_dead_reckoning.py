@@ -350,6 +350,21 @@ def test_a_correlation_time_enters_by_its_ends_and_limits_of_one_as_flicker() ->
     assert next(s for s in none.sources if s.is_limit).upper[-1] == pytest.approx(flicker.sd[-1])
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_of_two_gauss_markov_terms_each_enters_by_its_own_ends(order: int) -> None:
+    """The slower one is not resolved by itself: its limit is its own, not that of the quicker one."""
+    quick, slow = GaussMarkov.from_sigma(3e-5, 100.0), GaussMarkov.from_sigma(1e-5, 1000.0)
+    estimates = (
+        Estimate(symbol="sigma", value=3e-5, lower=3e-5, upper=3e-5, supported=True),
+        Estimate(symbol="sigma_2", value=None, lower=0.0, upper=2e-5, supported=False),
+    )
+    model = NoiseModel(terms=(quick, slow)[::order], estimates=estimates)
+    found = dead_reckon(model, latitude=LATITUDE, duration=600.0, times=[600.0])
+    alone, beside = (budget(t, t=600.0).sd[-1] ** 2 for t in (quick, slow))
+    assert found.lower[-1] ** 2 == pytest.approx(alone, rel=1e-9)
+    assert found.upper[-1] ** 2 == pytest.approx(alone + 4 * beside, rel=1e-9)
+
+
 def test_correlated_estimates_add_as_they_correlate() -> None:
     model = fitted(covariance={"symbols": ["N", "K"], "matrix": [[0.04, -0.04], [-0.04, 0.04]]})
     one = np.ones(1)

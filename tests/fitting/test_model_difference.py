@@ -119,6 +119,53 @@ def test_interval_covers_what_the_covariance_scatters(rng: np.random.Generator) 
     assert ((ratios > pair.ratio.lower) & (ratios < pair.ratio.upper)).mean() == pytest.approx(0.95, abs=0.02)
 
 
+def test_every_amplitude_of_a_model_widens_the_ratio() -> None:
+    """Errors that all amplitudes share are errors of the drift: no symbol may be passed over."""
+    slow, quick = GaussMarkov.from_sigma(1e-5, 400.0), GaussMarkov.from_sigma(2e-5, 40.0)
+    line = Sinusoid(amplitude=1e-4, frequency=0.013)
+    terms = (White(N=1e-4), slow, quick, line)  # in no order of their times
+    symbols = ["N", "sigma", "T", "sigma_2", "T_2", "amplitude"]
+    shared = np.array([0.0 if s.startswith("T") else 0.01 for s in symbols])
+    covariance = {"symbols": symbols, "matrix": np.outer(shared, shared).tolist()}
+    fitted = NoiseModel(terms=terms, covariance=covariance)
+    (pair,) = (
+        model_difference({"g": NoiseModel.of(*terms)}, {"g": fitted}, seconds=(77.0,)).channels[0].drifts
+    )
+    for end in (pair.ratio.upper, 1 / pair.ratio.lower):
+        assert math.log(end) == pytest.approx(1.96 * 0.01, rel=1e-4)
+
+
+def test_time_of_a_gauss_markov_term_moves_the_ratio_at_the_sigma_that_was_fitted() -> None:
+    """Long after T the drift of the term is sigma sqrt(2 T t): half of the error of ln T."""
+    term = GaussMarkov.from_sigma(2e-5, 0.01)
+    covariance = {"symbols": ["sigma", "T"], "matrix": [[0.0, 0.0], [0.0, 0.01**2]]}
+    fitted = NoiseModel(terms=(term,), covariance=covariance)
+    (pair,) = (
+        model_difference({"g": NoiseModel.of(term)}, {"g": fitted}, seconds=(1000.0,)).channels[0].drifts
+    )
+    assert math.log(pair.ratio.upper) == pytest.approx(1.96 * 0.005, rel=1e-3)
+
+
+def test_a_gauss_markov_term_that_is_not_resolved_is_not_what_is_shown() -> None:
+    """The curve needs it or one like it: the lower end does without, the upper one has its limit as flicker."""
+    n, sigma, t = 1e-4, 3e-5, 100.0
+    fitted = NoiseModel(
+        terms=(White(N=n), GaussMarkov.from_sigma(sigma, 50.0)),
+        covariance={"symbols": ["N"], "matrix": [[0.0]]},
+        estimates=(
+            Estimate(symbol="N", value=n, lower=n, upper=n, supported=True),
+            Estimate(symbol="sigma", value=None, lower=0.0, upper=4e-5, supported=False),
+            Estimate(symbol="B_equiv", value=None, lower=0.0, upper=4e-5, supported=False),
+        ),
+    )
+    (pair,) = (
+        model_difference({"g": NoiseModel.of(White(N=n))}, {"g": fitted}, seconds=(t,)).channels[0].drifts
+    )
+    white, flicker = 2 * t * n**2, 2 * t**2 * float(Flicker(B=4e-5).avar(t))
+    assert pair.ratio.lower == pytest.approx(1.0)
+    assert pair.ratio.upper == pytest.approx(math.sqrt((white + flicker) / white))
+
+
 def test_interval_goes_from_what_is_shown_to_all_limits() -> None:
     """By hand: white noise shown, a walk that the curve needs in place of something like it, flicker bounded."""
     n, k, t = 1e-4, 3e-6, 100.0

@@ -204,6 +204,23 @@ def test_higher_probability_and_further_horizon_cost_more(
     assert far.overbound.greatest > bound.overbound.greatest
 
 
+@pytest.mark.long
+def test_a_term_that_hardly_adds_stays_and_the_others_keep_their_factors(
+    record: tuple[AllanCurve, NoiseModel],
+) -> None:
+    """The bound is no smaller than the fit in any term, and every term of the bound has its line in `factors`."""
+    curve, model = record
+    little = NoiseModel(terms=(RandomWalk(K=1e-15), *(t for t in model.terms if t.type != "random_walk")))
+    bound = overbound(curve, little)
+    assert bound.overbound is not None
+    factors = bound.overbound.factors
+    for term in bound.terms:
+        symbol = term.symbols[0]
+        assert symbol in factors and (factors[symbol] or 1.0) >= 1.0
+    assert bound.term("random_walk") is not None
+    assert set(factors) == {t.symbols[0] for t in bound.terms}
+
+
 def test_one_error_of_the_scale_factor_is_common_to_all_averaging_times() -> None:
     drawn = np.geomspace(1.0, 9.0, 4) * np.ones((20_000, 1))
     logs = np.log(scale_open(drawn, 0.03, np.random.default_rng(1)) / drawn)

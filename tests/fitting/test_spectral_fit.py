@@ -23,6 +23,7 @@ from allanite.fitting.spectral.modes import slow_modes
 from allanite.fitting.spectral.remarks import agreement_findings
 from allanite.fitting.spectral.whittle import WhittleProblem
 from allanite.noise import (
+    Estimate,
     Flicker,
     GaussMarkov,
     NoiseModel,
@@ -319,6 +320,22 @@ def test_a_true_model_agrees_with_the_spectrum_and_a_wrong_one_does_not() -> Non
     assert wrong is not None and wrong.whole and 0.9 < wrong.ratio < 0.97
     slow = disagreement(NoiseModel.of(*MIXED.terms[:2], RandomWalk(K=1e-4)), data)
     assert slow is not None and slow.band[1] < 0.1 and "times that of the curve's model" in slow.words
+
+
+def test_each_of_two_gauss_markov_terms_is_compared_with_its_own_interval() -> None:
+    """The interval of the quicker one is narrow, that of the slower one holds what the spectrum says."""
+    quick, slow = GaussMarkov.from_sigma(4e-3, 10.0), GaussMarkov.from_sigma(3e-3, 1000.0)
+    data, _ = spectral_ordinates(simulated(NoiseModel.of(White(N=1e-3), quick, slow), 60_000, seed=10), "x")
+    near, wide = (0.9, 1.1), (0.01, 100.0)
+    narrow = [
+        Estimate(symbol=s, value=v, lower=v * a, upper=v * b, supported=True)
+        for s, v, (a, b) in (("sigma", quick.sigma, near), ("sigma_2", 8 * slow.sigma, wide))
+    ]
+    louder = GaussMarkov.from_sigma(8 * slow.sigma, slow.T)
+    model = NoiseModel(terms=(White(N=1e-3), louder, quick), estimates=tuple(narrow))
+    found = disagreement(model, data)
+    assert found is not None and found.whole
+    assert not found.parameters
 
 
 @pytest.mark.parametrize(

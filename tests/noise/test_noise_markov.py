@@ -140,3 +140,15 @@ def test_a_ramp_is_that_of_the_middle_of_its_sample(sampling: str, first: float)
     for k in range(3):
         assert space.output @ covariance @ space.output == pytest.approx((2.0 * (first + 0.5 * k)) ** 2)
         covariance = space.transition @ covariance @ space.transition.T
+
+
+@pytest.mark.parametrize("sampling", ["mean", "point"])
+@pytest.mark.parametrize("per_sample", [0.1, 30.0, 299.0, 301.0, 1e4])
+def test_phase_of_a_short_correlation_time_has_its_allan_variance(per_sample: float, sampling: str) -> None:
+    """Means of a process that forgets within a sample share its ends with their neighbors: they are not quite white."""
+    term = GaussMarkov.from_sigma(1.0, 1 / per_sample)
+    for m in (1.0, 2.0, 30.0):
+        places, weights = m * np.arange(3), np.array([1.0, -2.0, 1.0])
+        phase = term.phase_covariance(np.abs(places[:, None] - places), 1.0, sampling)
+        expected = float(term.avar_sampled(m, 1.0, sampling))
+        assert weights @ phase @ weights / (2 * m**2) == pytest.approx(expected, rel=1e-9)

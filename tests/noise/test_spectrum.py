@@ -57,6 +57,15 @@ def scores(spectrum: Spectrum, model: NoiseModel) -> np.ndarray:
 # -- density ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("records", [1e3, 1e6, 1e9, 1e12])
+def test_a_term_that_outlasts_the_record_has_the_density_of_its_random_walk(records: float) -> None:
+    """To the part 1/(2 pi f T)^2 that is left of its memory, at every frequency and however long its time is."""
+    f = np.array([0.01, 0.1, 0.37, 0.5]) * RATE
+    slow = sampled_psd(NoiseModel.of(GaussMarkov(q=1.0, T=records * DT)), f, DT, "mean")
+    walk = sampled_psd(NoiseModel.of(RandomWalk(K=1.0)), f, DT, "mean")
+    np.testing.assert_allclose(slow, walk, rtol=1e-12 + 1 / (2 * np.pi * 0.01 * records) ** 2)
+
+
 @pytest.mark.parametrize("sampling", ["mean", "point"])
 @pytest.mark.parametrize("key", TERMS)
 def test_c12_sampled_density_integrates_to_the_allan_variance(key: str, sampling: Any) -> None:

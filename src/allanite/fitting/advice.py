@@ -24,6 +24,7 @@ __all__ = [
 _GOAL = 0.10  # relative standard deviation worth recording for
 _SEEN = 1 / 6  # relative standard deviation of an amplitude that stands three sigma from zero
 _LONGEST = 4096  # times the present record: beyond that nobody records
+_STEP = 4  # from one tried length to the next
 _SYMBOLS = {
     "quantisation": "Q",
     "white": "N",
@@ -132,6 +133,3 @@ def record_length(
         previous = sd
         factor *= _STEP
     return math.inf
-
-
-_STEP = 4

@@ -36,6 +36,7 @@ import numpy as np
 from allanite.errors import InputError
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import BY_LETTER, NoiseModel, Ramp, TermType
+from allanite.noise.parameters import holder_of, with_factor
 from allanite.quantities.earlier_documents import Entry, entries, members, quantity_entry
 from allanite.quantities.quantity import Quantity, QuantityStatus
 from allanite.quantities.result import Result
@@ -308,7 +309,8 @@ def _margins(model: NoiseModel, t: float, rest: float | None) -> tuple[float, fl
 def _extremes(model: NoiseModel, t: float, rest: float | None) -> tuple[float, float]:
     """The drift of the terms that are shown alone, and that of all with the others at their limits."""
     limits = {e.symbol: e.upper for e in model.estimates if e.value is None and math.isfinite(e.upper)}
-    shown = tuple(term for term in model.terms if not set(term.symbols) & set(limits))
+    hidden = [holder_of(symbol, model.terms) for symbol in limits]
+    shown = tuple(term for term in model.terms if not any(term is h for h in hidden))
     letters = {symbol.replace("B_equiv", "B"): upper for symbol, upper in limits.items() if upper > 0}
     others = tuple(BY_LETTER[s](**{s: upper}) for s, upper in letters.items() if s in BY_LETTER)
     low, high = (drift(replace(model, terms=terms), t, rest) for terms in (shown, shown + others))
@@ -332,12 +334,6 @@ def _log_sd(model: NoiseModel, t: float, rest: float | None) -> float:
 
 def _slope(model: NoiseModel, symbol: str, t: float, rest: float | None) -> float:
     """Of the logarithm of the drift over that of a parameter; zero where no term has it."""
-    logs = []
-    for sign in (1, -1):
-        factor = math.exp(sign * _STEP)
-        terms = tuple(
-            replace(term, **{symbol: getattr(term, symbol) * factor}) if symbol in term.symbols else term
-            for term in model.terms
-        )
-        logs.append(math.log(max(drift(replace(model, terms=terms), t, rest), 1e-300)))
-    return (logs[0] - logs[1]) / (2 * _STEP)
+    moved = [with_factor(model.terms, symbol, math.exp(step)) for step in (_STEP, -_STEP)]
+    up, down = (math.log(max(drift(replace(model, terms=terms), t, rest), 1e-300)) for terms in moved)
+    return (up - down) / (2 * _STEP)

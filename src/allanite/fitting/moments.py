@@ -37,10 +37,10 @@ from allanite.fitting.verdict import (
 )
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
-from allanite.noise.allan.degrees import chi_square_factors
 from allanite.noise.quick_terms import is_quick
 from allanite.plain_files.counted import plural
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
+from allanite.quantities.probabilities import require_probabilities
 
 __all__ = ["curve_slopes", "fit_moments", "lags_used"]
 
@@ -124,7 +124,7 @@ def fit_moments(
         )
     if len(curve.channels) != 1:
         raise InputError("the moment fit takes the oadev curve of one channel: fit(curve['x'])")
-    chi_square_factors(np.array([1.0]), confidence)
+    require_probabilities(confidence=confidence)
     below = None if floor is None else _floor(curve, floor)
     used = lags_used(curve, exclude)
     if np.any(curve.deviation[:, 0] == 0) and not used.any():

@@ -39,6 +39,7 @@ __all__ = [
     "TermType",
     "White",
     "gauss_markov_shape",
+    "sinh_minus",
     "term_of",
 ]
 
@@ -385,7 +386,7 @@ class GaussMarkov:
         x = m * a
         if a > 300:  # exp(-a) is nothing: white samples
             return self.sigma**2 / m
-        top = 2 * m * _sinh_minus(a) + 2 * x**2 * gauss_markov_shape(x)
+        top = 2 * m * sinh_minus(a) + 2 * x**2 * gauss_markov_shape(x)
         return self.sigma**2 * top / (4 * m**2 * math.sinh(a / 2) ** 2)
 
     def phase_covariance(self, t: Array, dt: float, sampling: str) -> Array:
@@ -400,11 +401,10 @@ class GaussMarkov:
     def phase_parts(self, dt: float, sampling: str) -> dict[str, float]:
         """The same as coefficients: ``linear |t| + exponential (e^-u + u)``, ``u = rate |t|``, less a constant."""
         a = dt / self.T
-        if a > 300:  # exp(-a) is nothing: white samples, or white means of a process whiter still
-            white = self.sigma**2 if sampling == "point" else 2 * (self.sigma / a) ** 2 * (a - 1)
-            return {"linear": -white / 2, "exponential": 0.0, "rate": a}
         if sampling == "mean":
             return {"linear": 0.0, "exponential": -((self.sigma / a) ** 2), "rate": a}
+        if a > 300:  # exp(-a) is nothing: white samples
+            return {"linear": -(self.sigma**2) / 2, "exponential": 0.0, "rate": a}
         slope = a / 6 - a**3 / 180 + a**5 / 5040
         half = math.sinh(a / 2)
         if a > 0.1:
@@ -454,7 +454,7 @@ def _exp_rest(u: Array) -> Array:
     return rest
 
 
-def _sinh_minus(a: float) -> float:
+def sinh_minus(a: float) -> float:
     """sinh(a) - a without cancellation."""
     if a < 0.5:
         return float(sum(a ** (2 * n + 1) / math.factorial(2 * n + 1) for n in range(1, 10)))

@@ -14,6 +14,7 @@ from allanite.experiments.dead_reckoning.results import QUANTITIES
 from allanite.experiments.dead_reckoning.sources import AxisProcess, StartingPoint, term_processes, variances
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import BY_LETTER, Estimate, GaussMarkov, NoiseModel, TermType, term_of
+from allanite.noise.parameters import estimate_of
 
 __all__ = ["SENSORS", "AxisTerm", "ReckoningSetting", "entries", "told"]
 
@@ -117,24 +118,20 @@ def entries(
 def _resolved(sensor: str, name: str, which: tuple[int, ...], model: NoiseModel) -> Iterator[AxisTerm]:
     for term in model.terms:
         symbol = "GM" if isinstance(term, GaussMarkov) else _LETTERS.get(type(term), "line")
-        size, time = (
-            _gauss_markov(model, term) if isinstance(term, GaussMarkov) else (model.estimate(symbol), None)
-        )
+        size = estimate_of(term, model)
         if _amplitude(term, size) > 0:
             yield AxisTerm(
-                sensor=sensor, symbol=symbol, model=name, which=which, term=term, size=size, time=time,
+                sensor=sensor, symbol=symbol, model=name, which=which, term=term, size=size,
+                time=_time_of(term, size, model),
                 has_intervals=bool(model.estimates),
             )  # fmt: skip
 
 
-def _gauss_markov(model: NoiseModel, term: GaussMarkov) -> tuple[Estimate | None, Estimate | None]:
-    """The estimates of one of the Gauss-Markov terms of a model: of its sigma (or q) and its T."""
-    amplitudes = [e for e in model.estimates if e.symbol.partition("_")[0] in ("sigma", "q")]
-    if not amplitudes:
-        return None, None
-    nearest = min(amplitudes, key=lambda e: abs(math.log((e.value or math.inf) / _amplitude(term, e))))
-    after = nearest.symbol.partition("_")[2]
-    return nearest, model.estimate("T" + (f"_{after}" if after else ""))
+def _time_of(term: TermType, size: Estimate | None, model: NoiseModel) -> Estimate | None:
+    """The estimate of the correlation time of a Gauss-Markov term, beside that of its sigma (or q)."""
+    if size is None or not isinstance(term, GaussMarkov):
+        return None
+    return model.estimate("T" + size.symbol.removeprefix("sigma").removeprefix("q"))
 
 
 def _open(

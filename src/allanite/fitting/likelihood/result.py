@@ -44,9 +44,9 @@ from allanite.fitting.verdict import (
 )
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import Estimate, NoiseModel
-from allanite.noise.allan.degrees import chi_square_factors
 from allanite.noise.quick_terms import is_quick
 from allanite.quantities.distributions import normal_quantile
+from allanite.quantities.probabilities import require_probabilities
 from allanite.recording.records import Recording
 
 __all__ = ["fit_likelihood", "fit_problem"]
@@ -96,9 +96,7 @@ def fit_likelihood(
     LimitError
         Too many samples for the exact engine.
     """
-    import numpy as np
-
-    chi_square_factors(np.array([1.0]), confidence)
+    require_probabilities(confidence=confidence)
     if engine not in ("auto", "composite", "exact"):
         raise InputError(f"engine must be 'auto', 'composite' or 'exact', not {engine!r}")
     kind = "exact" if engine == "exact" else "composite"

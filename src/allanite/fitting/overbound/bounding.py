@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -18,9 +18,10 @@ from allanite.lazy_dataclasses import dataclass
 from allanite.noise import GaussMarkov, NoiseModel, Sinusoid, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.inflation import Inflation
+from allanite.noise.parameters import amplitude_symbols
 from allanite.plain_files.counted import plural
 
-__all__ = ["LETTERS", "names_of", "overbound"]
+__all__ = ["LETTERS", "overbound"]
 
 Array = NDArray[np.float64]
 
@@ -30,7 +31,7 @@ _ALWAYS = ("N", "B", "K")
 #: Places of the curve at which the bound is held up, per octave.
 _PLACES = 6
 _SEED = 952
-#: A term that adds less than this share of the variance anywhere is left out.
+#: A term that the fit does not hold is left out where it adds less than this share of the variance everywhere.
 _NOTHING = 1e-6
 #: The way to the sum above the band may be gone this many times over, where the band is a little too low.
 _FURTHEST = 1.5
@@ -224,7 +225,7 @@ def _bound(
     least = np.array([1.0] * len(fitted) + [0.0] * len(added))
     factors = _least(ground, columns, least)
     share = (columns * factors / (columns @ factors)[:, None]).max(axis=0)
-    amplitudes = np.where(share > _NOTHING, np.sqrt(factors), 0.0)
+    amplitudes = np.where((share > _NOTHING) | (least > 0), np.sqrt(factors), 0.0)
     made = [_scaled(t, a) for t, a in zip((*fitted, *added), amplitudes, strict=True) if a > 0]
     below = sum(ground.avar(t) for t in noise)
     ratio = np.sqrt(columns @ factors / below)[: ground.n_places]
@@ -233,8 +234,8 @@ def _bound(
         shortest=shortest,
         horizon=end,
         factors={
-            **dict(zip(names_of(fitted), amplitudes.tolist(), strict=False)),
-            **dict.fromkeys(names_of(made[len(fitted) :])),
+            **dict(zip(amplitude_symbols(fitted), amplitudes.tolist(), strict=False)),
+            **dict.fromkeys(amplitude_symbols(made[len(fitted) :])),
         },
         mean=float(np.exp(np.log(ratio).mean())),
         greatest=float(ratio.max()),
@@ -268,13 +269,3 @@ def _scaled(term: TermType, factor: float) -> TermType:
         return replace(term, q=term.q * factor)
     symbol = term.symbols[0]
     return replace(term, **{symbol: getattr(term, symbol) * factor})
-
-
-def names_of(terms: Sequence[TermType]) -> list[str]:
-    """Symbol of each term; a second term of a kind is called like the first with a 2."""
-    names: list[str] = []
-    for term in terms:
-        symbol = "sigma" if isinstance(term, GaussMarkov) else term.symbols[0]
-        before = sum(name.partition("_")[0] == symbol for name in names)
-        names.append(f"{symbol}_{before + 1}" if before else symbol)
-    return names

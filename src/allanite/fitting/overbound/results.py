@@ -8,12 +8,13 @@ from dataclasses import field
 from typing import ClassVar, cast
 
 from allanite.errors import FormatError, InputError
-from allanite.fitting.overbound.bounding import names_of, overbound
+from allanite.fitting.overbound.bounding import overbound
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import GaussMarkov, NoiseModel, TermType
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.inflation import Inflation
+from allanite.noise.parameters import amplitude_symbols
 from allanite.quantities.earlier_documents import entries
 from allanite.quantities.result import Result
 
@@ -91,7 +92,7 @@ class BoundedChannel(Result):
 
 
 def _amplitudes(model: NoiseModel) -> dict[str, float]:
-    return dict(zip(names_of(model.terms), map(_amplitude, model.terms), strict=True))
+    return dict(zip(amplitude_symbols(model.terms), map(_amplitude, model.terms), strict=True))
 
 
 def _amplitude(term: TermType) -> float:

@@ -26,6 +26,7 @@ from allanite.fitting.spectral.ordinates import Ordinates
 from allanite.fitting.spectral.profile import deviations
 from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, TermType, White
+from allanite.noise.parameters import estimate_of
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
 
 __all__ = ["disagreement"]
@@ -44,7 +45,6 @@ _LETTER: dict[type[TermType], str] = {
     RandomWalk: "K",
     Ramp: "R",
 }
-_SYMBOL = {"G": "sigma"}
 
 
 def disagreement(model: NoiseModel, data: Ordinates) -> Disagreement | None:
@@ -151,8 +151,7 @@ def _parted(
     spread = deviations(problem, again)
     z = normal_quantile(0.975)
     for i, (letter, term) in enumerate(zip(problem.letters, terms, strict=True)):
-        symbol = _SYMBOL.get(letter, letter)
-        estimate = model.estimate(symbol)
+        estimate = estimate_of(term, model)
         if letter == "R" or estimate is None or not estimate.supported or estimate.value is None:
             continue
         here, there = math.sqrt(_coefficient(term)), math.sqrt(again.c[i])
@@ -160,4 +159,4 @@ def _parted(
             continue
         sd = math.hypot(spread.get(i, math.inf) / 2, problem.data.discrepancy / 2)
         if there == 0 or abs(math.log(there / here)) > z * sd:
-            yield Parted(symbol=symbol, lags=here, frequencies=there)
+            yield Parted(symbol=estimate.symbol, lags=here, frequencies=there)

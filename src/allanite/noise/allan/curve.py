@@ -39,6 +39,7 @@ from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.loggers import logger_of
 from allanite.plain_files.regular_file import read_regular_text
 from allanite.quantities.display_units import si_unit
+from allanite.quantities.probabilities import require_probabilities
 from allanite.quantities.tabular import Columns, Tabular
 from allanite.recording.clock_channels import without_noise
 from allanite.recording.records import Channel, Recording, Sampling, checked_recording
@@ -482,7 +483,7 @@ def allan_curve(
     """
     checked_recording(recording, "allan_curve")
     chosen = _chosen(statistic)
-    degrees.chi_square_factors(np.array([1.0]), confidence)
+    require_probabilities(confidence=confidence)
     names = [c.name for c in recording.channels if c.kind.noise_bearing]
     if not names:
         raise without_noise(recording)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, RandomWalk, TermType, White
+from allanite.noise.terms import sinh_minus
 from allanite.recording.records import Sampling
 
 __all__ = ["sampled_psd"]
@@ -55,22 +56,24 @@ def _density(term: TermType, x: Array, dt: float, means: bool) -> Array:
             walk = (term.K * dt / (2 * sine)) ** 2
             return np.asarray(walk * (2 + cosine) / 3 if means else walk)
         case GaussMarkov():
-            return _gauss_markov(term, cosine, sine, dt, means)
+            return _gauss_markov(term, sine, dt, means)
         case Flicker():  # interval means in both conventions
             return np.asarray(term.B**2 * dt * sine**2 / (2 * math.pi**3) * _folded_cubes(x))
     return np.zeros_like(x)
 
 
-def _gauss_markov(term: GaussMarkov, cosine: Array, sine: Array, dt: float, means: bool) -> Array:
-    """Points: the AR(1) form. Means: from their autocovariance, r_0 and r_k = r_1 phi^(k-1)."""
+def _gauss_markov(term: GaussMarkov, sine: Array, dt: float, means: bool) -> Array:
+    """Points: the AR(1) form. Means: from their autocovariance, r_0 and r_k = r_1 phi^(k-1).
+
+    Both parts of that sum are nearly equal for slow terms: their difference is taken in closed form.
+    """
     a = dt / term.T
     phi, rest = math.exp(-a), -math.expm1(-a)
     denominator = rest**2 + 4 * phi * sine**2  # 1 - 2 phi cos + phi^2
     if not means:
         return np.asarray(term.sigma**2 * dt * rest * (1 + phi) / denominator)
-    neighbour = (rest / a) ** 2
-    variance = 2 * (a - rest) / a**2 if a > 1e-3 else 1 - a / 3 + a**2 / 12
-    return np.asarray(term.sigma**2 * dt * (variance + 2 * neighbour * (cosine - phi) / denominator))
+    bend = phi * sinh_minus(a) if a < 1 else -math.expm1(-2 * a) / 2 - a * phi
+    return np.asarray(term.sigma**2 * dt * (2 * rest**2 / a - 8 * sine**2 * bend / a**2) / denominator)
 
 
 def _folded_cubes(x: Array) -> Array:

@@ -32,8 +32,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.lazy_dataclasses import dataclass
-from allanite.noise import GaussMarkov, NoiseModel, Ramp, TermType
+from allanite.noise import NoiseModel, Ramp, Sinusoid
 from allanite.noise.allan.cells import AllanCells
+from allanite.noise.parameters import holder_of, with_factor
 
 __all__ = ["EVERYTHING", "ChangeShape", "doubt_of_effect", "doubts_of", "effect_of", "shares_of", "spread_of"]
 
@@ -125,43 +126,25 @@ def doubts_of(model: NoiseModel, lags: NDArray[np.int64], dt: float, sampling: s
     was given without one is taken at its word.
     """
     symbols, matrix = model.covariance.get("symbols", []), np.asarray(model.covariance.get("matrix", []))
-    movable = [i for i, symbol in enumerate(symbols) if _term_of(model, symbol) is not None]
+    holders = [holder_of(symbol, model.terms) for symbol in symbols]
+    movable = [i for i, holder in enumerate(holders) if holder and not isinstance(holder, Sinusoid)]
     if not movable:
         return {symbol: np.zeros((len(lags), 0)) for symbol in _shares(model, lags, dt, sampling)}
     values, vectors = np.linalg.eigh(matrix[np.ix_(movable, movable)])
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     ends = [
-        [_shares(_moved(model, symbols[i], way * _STEP), lags, dt, sampling) for way in (1.0, -1.0)]
+        [
+            _shares(
+                replace(model, terms=with_factor(model.terms, symbols[i], math.exp(step))), lags, dt, sampling
+            )
+            for step in (_STEP, -_STEP)
+        ]
         for i in movable
     ]
     return {
         symbol: np.stack([(up[symbol] - down[symbol]) / (2 * _STEP) for up, down in ends], axis=1) @ root
         for symbol in ends[0][0]
     }
-
-
-def _term_of(model: NoiseModel, symbol: str) -> TermType | None:
-    """The term that a symbol of a covariance belongs to; a second Gauss-Markov term is the slower one, sigma_2."""
-    name, _, rank = symbol.partition("_")
-    if name in ("sigma", "T"):
-        markov = sorted((t for t in model.terms if isinstance(t, GaussMarkov)), key=lambda t: t.T)
-        return markov[int(rank or 1) - 1] if int(rank or 1) <= len(markov) else None
-    return next((t for t in model.terms if t.symbols == (symbol,)), None)
-
-
-def _moved(model: NoiseModel, symbol: str, step: float) -> NoiseModel:
-    """The model with the logarithm of one parameter changed."""
-    term, factor = _term_of(model, symbol), math.exp(step)
-    if term is None:
-        return model
-    if isinstance(term, GaussMarkov):
-        slower = symbol.startswith("T")
-        other: TermType = GaussMarkov.from_sigma(
-            term.sigma if slower else term.sigma * factor, term.T * factor if slower else term.T
-        )
-    else:
-        other = replace(term, **{symbol: getattr(term, symbol) * factor})
-    return NoiseModel.of(*(other if t is term else t for t in model.terms))
 
 
 def effect_of(
