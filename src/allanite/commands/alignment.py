@@ -286,5 +286,5 @@ def _models(
         return None
     models, _ = load_models(source)
     kinds = {model.kind for model in models.values()}
-    taking = [part[name] for name in axes.names if part[name].kind.value in kinds or len(kinds) > 1]
+    taking = [part[name] for name in axes.names if part[name].kind.rate in kinds or len(kinds) > 1]
     return models_for(source, taking, called)[0]

@@ -214,17 +214,16 @@ def chosen_model(
 def _mapped(channels: Sequence[Channel], models: Mapping[str, NoiseModel]) -> str:
     """A name of a model of its kind for each channel, in their order; the last one where there are too few."""
     words = []
-    for kind in dict.fromkeys(channel.kind.value for channel in channels):
-        of_model = {"angle": "rate", "velocity": "acceleration"}.get(kind, kind)
-        names = [name for name, model in models.items() if model.kind == of_model] or list(models)
-        alike = [channel.name for channel in channels if channel.kind.value == kind]
+    for kind in dict.fromkeys(channel.kind for channel in channels):
+        names = [name for name, model in models.items() if model.kind == kind.rate] or list(models)
+        alike = [channel.name for channel in channels if channel.kind is kind]
         words += [f"{name}={names[min(k, len(names) - 1)]}" for k, name in enumerate(alike)]
     return ",".join(words)
 
 
 def _refuse_other_kind(model: NoiseModel, where: str, channel: Channel) -> None:
     """Words and files say what sensor they are of: its numbers mean nothing for another."""
-    kind = {"angle": "rate", "velocity": "acceleration"}.get(channel.kind.value, channel.kind.value)
+    kind = channel.kind.rate.value
     if kind == model.kind:
         return
     advice = "pass the model of this channel"

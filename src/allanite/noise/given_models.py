@@ -96,4 +96,4 @@ def _refuse_other_kinds(models: Mapping[str, NoiseModel], kinds: Mapping[str, Ki
 
 
 def _fits(model: NoiseModel, kind: Kind) -> bool:
-    return kind is Kind.UNKNOWN or model.kind == kind
+    return kind is Kind.UNKNOWN or model.kind == kind.rate

@@ -134,7 +134,8 @@ class NoiseModel(Tabular):
     alternative : NoiseModel or None
         The other family, when the record cannot decide.
     kind, unit : str
-        Kind of the channel, and its own unit where it has no SI unit.
+        Kind of what the terms are noise of, and its own unit where it has no SI unit. Of a channel of angles they are
+        noise of the rate, of velocities of the acceleration, of phases of the frequency.
     overbound : Inflation or None
         Inflation of an inflated model and its promise (`allanite.fitting.overbound`); None for any other.
     in_motion : MotionInflation or None
@@ -160,6 +161,7 @@ class NoiseModel(Tabular):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "terms", tuple(self.terms))
+        object.__setattr__(self, "kind", _RATE_OF.get(self.kind, self.kind))
         for term in self.terms:
             if type(term) not in _TERM_TYPES and not isinstance(term, Term):  # to ask a protocol takes 10 µs
                 raise InputError(f"a noise model is a sum of terms ({', '.join(TERMS)}), not of {term!r}")
@@ -343,6 +345,10 @@ class NoiseModel(Tabular):
     def __str__(self) -> str:
         parts = (" ".join(f"{s}={getattr(t, s):.4g}" for s in t.symbols) for t in self.terms)
         return f"NoiseModel({'; '.join(parts)})"
+
+
+#: Of samples that are a running sum, the kind of what is summed.
+_RATE_OF = {"angle": "rate", "velocity": "acceleration", "phase": "frequency"}
 
 
 def _sum(x: ArrayLike, parts: Iterable[Array]) -> Array:

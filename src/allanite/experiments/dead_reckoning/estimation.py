@@ -189,8 +189,8 @@ def _axes(heading: float) -> Array:
 def _by_sensor(given: Mapping[str, NoiseModel]) -> dict[str, list[str]]:
     """Names of the models of each kind of sensor: one for three axes alike, or one for each."""
     names_by_sensor = {}
-    for sensor, kinds in SENSORS.items():
-        names = [name for name, model in given.items() if model.kind in kinds]
+    for sensor, kind in SENSORS.items():
+        names = [name for name, model in given.items() if model.kind == kind]
         if len(names) not in (0, 1, 3):
             raise InputError(
                 f"{len(names)} noise models of a {sensor}: {', '.join(names)}. Give one for three axes alike, or "

@@ -21,7 +21,7 @@ __all__ = ["SENSORS", "AxisTerm", "ReckoningSetting", "entries", "told"]
 Array = NDArray[np.float64]
 
 #: Kinds of models by sensor.
-SENSORS = {"gyro": ("rate", "angle"), "accelerometer": ("acceleration", "velocity")}
+SENSORS = {"gyro": "rate", "accelerometer": "acceleration"}
 _LETTERS = {kind: letter for letter, kind in BY_LETTER.items()}
 #: A correlation time whose set has no upper end is put in at so many times the whole length: a constant.
 _ENDLESS = 1e4

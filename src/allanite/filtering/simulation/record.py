@@ -59,7 +59,6 @@ OVERLOAD_WORD = 1e38
 FLICKER_RATIO = math.sqrt(10)
 
 _UNITS = {"rate": "rad/s", "acceleration": "m/s²", "voltage": "V", "counts": "LSB"}
-_RATE_OF: Mapping[str, str] = {Kind.ANGLE: Kind.RATE, Kind.VELOCITY: Kind.ACCELERATION}
 _NAMES = {"rate": "gyro", "acceleration": "accelerometer", "voltage": "voltage", "counts": "counts"}
 
 
@@ -236,11 +235,10 @@ def _channel(
 
 def _describes(model: NoiseModel, kind: Kind) -> bool:
     """The model's coefficients are numbers of this kind, as far as one can know."""
-    described = _RATE_OF.get(model.kind, model.kind)
-    silent = described == Kind.RATE and not model.estimates  # the default: nobody need have chosen it
+    silent = model.kind == Kind.RATE and not model.estimates  # the default: nobody need have chosen it
     return (
-        described == kind
-        or Kind.UNKNOWN in (described, kind)
+        model.kind == kind
+        or Kind.UNKNOWN in (model.kind, kind)
         or (silent and kind in (Kind.ACCELERATION, Kind.COUNTS))
     )
 

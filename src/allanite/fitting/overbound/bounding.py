@@ -133,8 +133,8 @@ def _refuse(curve: AllanCurve, model: NoiseModel, probability: float, horizon: f
         raise InputError("a bound takes the oadev curve of one channel: overbound(curve['x'], model)")
     if not model.terms:
         raise InputError("the model has no terms: nothing to put a bound above")
-    kind = curve.channels[0].kind.value
-    if model.kind not in (kind, {"angle": "rate", "velocity": "acceleration"}.get(kind, kind)):
+    kind = curve.channels[0].kind.rate
+    if model.kind != kind:
         raise InputError(f"the model is of {model.kind}, the curve of {kind}")
     if isinstance(probability, bool) or not (
         isinstance(probability, (int, float)) and 0.5 <= probability <= 0.999
