@@ -68,7 +68,7 @@ def numbers(result: Any, path: str = "") -> Iterator[tuple[str, float]]:
         yield path, float(result)
 
 
-def powers(was: Any, now: Any, factor: float, *, steps: float = 1.0, rtol: float = 1e-6) -> None:
+def assert_powers(was: Any, now: Any, factor: float, *, steps: float = 1.0, rtol: float = 1e-6) -> None:
     """Each number is the same times the factor to some whole power (or a multiple of `steps`)."""
     before, after = dict(numbers(was)), dict(numbers(now))
     assert before.keys() == after.keys()
@@ -85,29 +85,29 @@ def powers(was: Any, now: Any, factor: float, *, steps: float = 1.0, rtol: float
 @pytest.mark.parametrize("factor", SCALES)
 def test_samples_in_another_unit(estimate: Estimator, factor: float) -> None:
     y = samples(gaps=True)
-    powers(estimate(record(y)), estimate(record(y * factor)), factor)
+    assert_powers(estimate(record(y)), estimate(record(y * factor)), factor)
 
 
 @pytest.mark.parametrize("estimate", EVERY)
 def test_samples_at_another_level_and_of_the_other_sign(estimate: Estimator) -> None:
     y = samples()
     was = estimate(record(y))
-    powers(was, estimate(record(y + 0.03)), 1.0)
-    powers(was, estimate(record(-y)), 1.0)
+    assert_powers(was, estimate(record(y + 0.03)), 1.0)
+    assert_powers(was, estimate(record(-y)), 1.0)
 
 
 @pytest.mark.parametrize("estimate", [p for p in EVERY if p.id not in ("spectrum", "spectral")])
 def test_the_same_samples_at_another_rate(estimate: Estimator) -> None:
     """Amplitudes go with half powers of the rate. A spectrum has its points at round frequencies, and is left out."""
     y = samples()
-    powers(estimate(record(y)), estimate(record(y, rate=1024 * RATE)), 1024.0, steps=0.5)
+    assert_powers(estimate(record(y)), estimate(record(y, rate=1024 * RATE)), 1024.0, steps=0.5)
 
 
 @pytest.mark.parametrize("estimate", [p for p in EVERY if p.id in STATISTICS or p.id == "curve"])
 def test_the_running_sum_of_the_samples(estimate: Estimator) -> None:
     y = samples()
     angle = np.concatenate([[0.0], np.cumsum(y)]) / RATE
-    powers(estimate(record(y)), estimate(record(angle, unit="rad")), 1.0)
+    assert_powers(estimate(record(y)), estimate(record(angle, unit="rad")), 1.0)
 
 
 @pytest.mark.parametrize("statistic", [s for s in STATISTICS if STATISTICS[s].overlapping])
@@ -128,7 +128,7 @@ def test_samples_in_another_layout_of_memory(make: Callable[[Any], Any]) -> None
     y = samples(gaps=True).astype(np.float32)
     made = make(y)
     made.flags.writeable = False
-    powers(
+    assert_powers(
         ESTIMATORS["oadev"](record(y.astype(np.float64))), ESTIMATORS["oadev"](record(made)), 1.0, rtol=0.0
     )
 
@@ -141,7 +141,7 @@ def test_filter_in_another_unit(form: Any, factor: float) -> None:
     quiet = replace(MODEL, terms=(al.White(N=1e-4), al.RandomWalk(K=3e-6)))
     was = al.filter_recording(record(y), quiet, form=form)
     now = al.filter_recording(record(y * factor), louder, form=form)
-    powers(was.to_json(), now.to_json(), factor)
+    assert_powers(was.to_json(), now.to_json(), factor)
 
 
 @pytest.mark.parametrize("unit", ["rad", "m/s", "rad/s", "m/s^2"])

@@ -13,7 +13,8 @@ from scipy.stats import binom
 
 import allanite as al
 from allanite.errors import DataQualityError, InputError
-from allanite.noise import NoiseModel, RandomWalk, White
+from allanite.noise import Estimate, GaussMarkov, NoiseModel, RandomWalk, White
+from allanite.noise.motion import MotionInflation
 from allanite.noise.spectrum.bands import MeanDensity, amplitude_ratio, band_edges, band_of, level, widths
 from allanite.noise.spectrum.estimation import power_spectrum
 from allanite.noise.spectrum.lines import SpectralLine
@@ -24,6 +25,7 @@ from allanite.stability.in_motion import InMotion, MotionVerdict, measure_in_mot
 from allanite.stability.in_motion.levels import with_scatter
 from allanite.stability.in_motion.lines import CHANCE, lines_in_motion
 from allanite.stability.in_motion.matching import matched_channels
+from allanite.stability.in_motion.told import told_model
 from noise_records import binomial_bound
 
 REST = NoiseModel.of(White(N=1e-4), RandomWalk(K=2e-4))
@@ -332,3 +334,23 @@ def test_a_flight_controller_at_rest_is_told_from_one_in_the_hand(real_data):
     assert all(c.inflation.lower < 1 < c.inflation.upper for c in later.channels)
     assert {c.verdict for c in held.channels} == {MotionVerdict.INFLATED}
     assert all(c.inflation.lower > 10 for c in held.channels)
+
+
+def test_every_slow_term_of_the_model_that_a_filter_is_told_grows_with_its_estimate() -> None:
+    """Whatever the symbols: a second Gauss-Markov term has a number, and an equivalent B for each."""
+    terms = (White(N=1e-4), GaussMarkov.from_sigma(3e-5, 10.0), GaussMarkov.from_sigma(1e-5, 500.0))
+    sizes = {"N": 1e-4, "sigma": 3e-5, "B_equiv": 2.8e-5, "sigma_2": 1e-5, "B_equiv_2": 9e-6}
+    estimates = tuple(
+        Estimate(symbol=s, value=v, lower=v / 2, upper=2 * v, supported=True)
+        for s, v in {**sizes, "T": 10.0, "T_2": 500.0}.items()
+    )
+    facts = MotionInflation(
+        log="flight", above=1.0, below=5.0, noise=1.0, noise_lower=0.9, noise_upper=1.1, lines=0.0, slow=3.0,
+        fixed=True,
+    )  # fmt: skip
+    told = told_model(NoiseModel(terms=terms, estimates=estimates), facts, 1e-4)
+    for before in estimates:
+        after = told.estimate(before.symbol)
+        assert after is not None and after.value is not None and before.value is not None
+        assert after.value / before.value == pytest.approx(1.0 if before.symbol[0] in "NT" else 3.0)
+    assert [t.sigma for t in told.terms if isinstance(t, GaussMarkov)] == pytest.approx([9e-5, 3e-5])

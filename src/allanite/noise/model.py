@@ -134,8 +134,8 @@ class NoiseModel(Tabular):
     alternative : NoiseModel or None
         The other family, when the record cannot decide.
     kind, unit : str
-        Kind of what the terms are noise of, and its own unit where it has no SI unit. Of a channel of angles they are
-        noise of the rate, of velocities of the acceleration, of phases of the frequency.
+        Kind of the channel, and its own unit where it has no SI unit. Angles have noise of the rate, velocities of the
+        acceleration, phases of the frequency.
     overbound : Inflation or None
         Inflation of an inflated model and its promise (`allanite.fitting.overbound`); None for any other.
     in_motion : MotionInflation or None

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The parameters of a sum of terms by the symbols that fits give them.
 
-An amplitude has the letter of its term; a Gauss-Markov term has sigma and T, of two terms the slower has sigma_2 and
-T_2, in whatever order they stand; a sinusoid has amplitude and frequency, further ones amplitude_2, frequency_2, ...
+Of two Gauss-Markov terms the slower has sigma_2 and T_2, in whatever order they stand.
 """
 
 from __future__ import annotations
@@ -13,9 +12,14 @@ from dataclasses import replace
 from allanite.noise.model import Estimate, NoiseModel
 from allanite.noise.terms import GaussMarkov, TermType
 
-__all__ = ["amplitude_symbols", "estimate_of", "holder_of", "with_factor"]
+__all__ = ["amplitude_of", "amplitude_symbols", "estimate_of", "holder_of", "louder", "with_factor"]
 
 _SIZES, _TIME, _LINE = ("sigma", "q"), "T", ("amplitude", "frequency")
+
+
+def amplitude_of(term: TermType) -> float:
+    """The size of a term; that of a Gauss-Markov term is its sigma."""
+    return term.sigma if isinstance(term, GaussMarkov) else float(getattr(term, term.symbols[0]))
 
 
 def amplitude_symbols(terms: Sequence[TermType]) -> list[str]:
@@ -32,10 +36,7 @@ def amplitude_symbols(terms: Sequence[TermType]) -> list[str]:
 
 
 def holder_of(symbol: str, terms: Sequence[TermType]) -> TermType | None:
-    """The term that a parameter belongs to; None without one.
-
-    Of two Gauss-Markov terms a model may have the slower one alone, with sigma_2 and T_2.
-    """
+    """The term that a parameter belongs to; None without one. The slower Gauss-Markov term may stand alone."""
     name, _, number = symbol.partition("_")
     if number and not number.isdigit():
         return None
@@ -49,25 +50,32 @@ def holder_of(symbol: str, terms: Sequence[TermType]) -> TermType | None:
 
 def estimate_of(term: TermType, model: NoiseModel) -> Estimate | None:
     """The estimate of the amplitude of a term of a model, one that is supported before one that is not."""
-    of_term = [e for e in model.estimates if _is_amplitude(e) and holder_of(e.symbol, model.terms) is term]
-    return max(of_term, key=lambda e: e.supported, default=None)
-
-
-def _is_amplitude(estimate: Estimate) -> bool:
-    return estimate.symbol.partition("_")[0] not in (_TIME, _LINE[1])
+    sizes = [e for e in model.estimates if e.symbol.partition("_")[0] not in (_TIME, _LINE[1])]
+    return max(
+        (e for e in sizes if holder_of(e.symbol, model.terms) is term),
+        key=lambda e: e.supported,
+        default=None,
+    )
 
 
 def with_factor(terms: Sequence[TermType], symbol: str, factor: float) -> tuple[TermType, ...]:
     """The terms with one parameter times a factor; with another T a Gauss-Markov term keeps its sigma."""
     holder = holder_of(symbol, terms)
-    return tuple(_scaled(t, symbol.partition("_")[0], factor) if t is holder else t for t in terms)
+    return tuple(_changed(t, symbol.partition("_")[0], factor) if t is holder else t for t in terms)
 
 
-def _scaled(term: TermType, name: str, factor: float) -> TermType:
-    if isinstance(term, GaussMarkov):
-        size, time = (1.0, factor) if name == _TIME else (factor, 1.0)
-        return GaussMarkov.from_sigma(term.sigma * size, term.T * time)
-    return replace(term, **{name: getattr(term, name) * factor})
+def louder(term: TermType, factor: float) -> TermType:
+    """The term with so many times its amplitude."""
+    symbol = term.symbols[0]
+    return replace(term, **{symbol: getattr(term, symbol) * factor})
+
+
+def _changed(term: TermType, name: str, factor: float) -> TermType:
+    if isinstance(term, GaussMarkov) and name == _TIME:
+        return GaussMarkov.from_sigma(term.sigma, term.T * factor)
+    if name == _LINE[1]:
+        return replace(term, **{name: getattr(term, name) * factor})
+    return louder(term, factor)
 
 
 def _by_time(markov: Sequence[TermType]) -> list[TermType]:

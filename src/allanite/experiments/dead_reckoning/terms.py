@@ -14,7 +14,7 @@ from allanite.experiments.dead_reckoning.results import QUANTITIES
 from allanite.experiments.dead_reckoning.sources import AxisProcess, StartingPoint, term_processes, variances
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import BY_LETTER, Estimate, GaussMarkov, NoiseModel, TermType, term_of
-from allanite.noise.parameters import estimate_of
+from allanite.noise.parameters import amplitude_of, estimate_of
 
 __all__ = ["SENSORS", "AxisTerm", "ReckoningSetting", "entries", "told"]
 
@@ -155,9 +155,9 @@ def _open(
 
 def _amplitude(term: TermType, size: Estimate | None) -> float:
     """What the estimate `size` is of."""
-    if isinstance(term, GaussMarkov):
-        return term.q if size is not None and size.symbol.startswith("q") else term.sigma
-    return float(getattr(term, term.symbols[0]))
+    if isinstance(term, GaussMarkov) and size is not None and size.symbol.startswith("q"):
+        return term.q
+    return amplitude_of(term)
 
 
 # -- their ends -----------------------------------------------------------------------------------------------------

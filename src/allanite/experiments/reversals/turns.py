@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from typing import Any, Literal, TypeVar
 
@@ -15,7 +15,7 @@ from allanite.errors import InputError
 from allanite.experiments.reversals.sides import First, checked_first, direction_of, sign_at_first
 from allanite.lazy_dataclasses import dataclass
 from allanite.recording.health.finding import Finding
-from allanite.recording.records import BLOCK, merge_spans
+from allanite.recording.records import merge_spans
 
 __all__ = [
     "DEAD_TIME",
@@ -282,18 +282,6 @@ class Reversals:
         for d in self.dwells:
             out[d.start : d.stop] = d.sign
         return out
-
-    def sign_blocks(self, size: int = BLOCK) -> Iterator[tuple[int, Signs]]:
-        """`signs` in pieces: pairs (position of the first sample, int8 block), in step with `Recording.blocks`."""
-        ends = np.array([d.stop for d in self.dwells], dtype=np.int64)
-        for start in range(0, self.n_samples, size):
-            stop = min(start + size, self.n_samples)
-            out = np.zeros(stop - start, dtype=np.int8)
-            for d in self.dwells[int(np.searchsorted(ends, start, side="right")) :]:
-                if d.start >= stop:
-                    break
-                out[max(d.start - start, 0) : d.stop - start] = d.sign
-            yield start, out
 
     def table(self) -> list[Json]:
         """One row for each dwell: number, position, start_s, stop_s, duration_s, heading_deg, direction."""

@@ -23,7 +23,8 @@ from allanite.errors import LimitError
 from allanite.filtering.kalman.contrasts import contrast_likelihood
 from allanite.fitting.likelihood.maximum import LikelihoodSearch, Peak
 from allanite.fitting.likelihood.objective import LikelihoodValue, Objective, Point
-from allanite.noise import NoiseModel, TermType
+from allanite.noise import NoiseModel
+from allanite.noise.parameters import louder
 
 __all__ = ["MOST_SAMPLES", "exact_log_likelihood", "sharpened", "shifted"]
 
@@ -46,20 +47,11 @@ def exact_log_likelihood(samples: Array, at: Point, sampling: str) -> float:
     at : Point
         With a slope in units of the scale, or None.
     """
-    terms = tuple(_sized(k.unit(), math.sqrt(c)) for k, c in zip(at.components, at.c, strict=True) if c > 0)
+    terms = tuple(louder(k.unit(), math.sqrt(c)) for k, c in zip(at.components, at.c, strict=True) if c > 0)
     space = NoiseModel(terms=terms).state_space(
         1.0, sampling=sampling, record=float(len(samples)), ratio=_RATIO
     )
     return contrast_likelihood(space, samples, slope=at.slope, averaged=at.averaged)
-
-
-def _sized(unit: TermType, size: float) -> TermType:
-    """A unit process, larger."""
-    for name in ("Q", "N", "B", "K", "q"):
-        if hasattr(unit, name):
-            sized: TermType = replace(unit, **{name: getattr(unit, name) * size})
-            return sized
-    raise AssertionError(unit)
 
 
 def sharpened(

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,10 +14,10 @@ from allanite.fitting.moments import lags_used
 from allanite.fitting.overbound.envelope import band_above, least_above, reach
 from allanite.fitting.overbound.plausible import plausible_variances
 from allanite.lazy_dataclasses import dataclass
-from allanite.noise import GaussMarkov, NoiseModel, Sinusoid, TermType, term_of
+from allanite.noise import NoiseModel, Sinusoid, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.inflation import Inflation
-from allanite.noise.parameters import amplitude_symbols
+from allanite.noise.parameters import amplitude_symbols, louder
 from allanite.plain_files.counted import plural
 
 __all__ = ["LETTERS", "overbound"]
@@ -226,7 +225,7 @@ def _bound(
     factors = _least(ground, columns, least)
     share = (columns * factors / (columns @ factors)[:, None]).max(axis=0)
     amplitudes = np.where((share > _NOTHING) | (least > 0), np.sqrt(factors), 0.0)
-    made = [_scaled(t, a) for t, a in zip((*fitted, *added), amplitudes, strict=True) if a > 0]
+    made = [louder(t, a) for t, a in zip((*fitted, *added), amplitudes, strict=True) if a > 0]
     below = sum(ground.avar(t) for t in noise)
     ratio = np.sqrt(columns @ factors / below)[: ground.n_places]
     inflation = Inflation(
@@ -261,11 +260,3 @@ def _least(ground: _Ground, columns: Array, least: Array) -> Array:
     target = least_above(columns, least, np.maximum(ground.floor(), start))
     share = ground.needed(start, columns @ (target * (1 + 1e-9)))
     return np.asarray(least + min(share, _FURTHEST) * (target - least))
-
-
-def _scaled(term: TermType, factor: float) -> TermType:
-    """The same term with so many times the amplitude."""
-    if isinstance(term, GaussMarkov):
-        return replace(term, q=term.q * factor)
-    symbol = term.symbols[0]
-    return replace(term, **{symbol: getattr(term, symbol) * factor})

@@ -10,11 +10,11 @@ from typing import ClassVar, cast
 from allanite.errors import FormatError, InputError
 from allanite.fitting.overbound.bounding import overbound
 from allanite.lazy_dataclasses import dataclass
-from allanite.noise import GaussMarkov, NoiseModel, TermType
+from allanite.noise import NoiseModel
 from allanite.noise.allan.channel_curve import ChannelCurve
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.inflation import Inflation
-from allanite.noise.parameters import amplitude_symbols
+from allanite.noise.parameters import amplitude_of, amplitude_symbols
 from allanite.quantities.earlier_documents import entries
 from allanite.quantities.result import Result
 
@@ -92,11 +92,7 @@ class BoundedChannel(Result):
 
 
 def _amplitudes(model: NoiseModel) -> dict[str, float]:
-    return dict(zip(amplitude_symbols(model.terms), map(_amplitude, model.terms), strict=True))
-
-
-def _amplitude(term: TermType) -> float:
-    return term.sigma if isinstance(term, GaussMarkov) else float(getattr(term, term.symbols[0]))
+    return dict(zip(amplitude_symbols(model.terms), map(amplitude_of, model.terms), strict=True))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

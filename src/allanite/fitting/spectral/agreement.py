@@ -26,7 +26,7 @@ from allanite.fitting.spectral.ordinates import Ordinates
 from allanite.fitting.spectral.profile import deviations
 from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, TermType, White
-from allanite.noise.parameters import estimate_of
+from allanite.noise.parameters import amplitude_of, estimate_of
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
 
 __all__ = ["disagreement"]
@@ -114,9 +114,7 @@ def _placed(problem: WhittleProblem, terms: list[TermType]) -> WhittleSolution |
 
 
 def _coefficient(term: TermType) -> float:
-    if isinstance(term, GaussMarkov):
-        return term.sigma**2
-    return 0.0 if isinstance(term, Ramp) else float(getattr(term, term.symbols[0])) ** 2
+    return 0.0 if isinstance(term, Ramp) else amplitude_of(term) ** 2
 
 
 def _worst_band(frequency: Array, z: Array) -> tuple[NDArray[np.int64], float]:

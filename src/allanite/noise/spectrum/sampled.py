@@ -63,10 +63,7 @@ def _density(term: TermType, x: Array, dt: float, means: bool) -> Array:
 
 
 def _gauss_markov(term: GaussMarkov, sine: Array, dt: float, means: bool) -> Array:
-    """Points: the AR(1) form. Means: from their autocovariance, r_0 and r_k = r_1 phi^(k-1).
-
-    Both parts of that sum are nearly equal for slow terms: their difference is taken in closed form.
-    """
+    """Points: the AR(1) form. Means: from r_0 and r_k = r_1 phi^(k-1), in a form in which slow terms do not cancel."""
     a = dt / term.T
     phi, rest = math.exp(-a), -math.expm1(-a)
     denominator = rest**2 + 4 * phi * sine**2  # 1 - 2 phi cos + phi^2

@@ -73,8 +73,6 @@ UNASKED = 1e-3
 #: Instants of the picture.
 INSTANTS = 800
 
-_NOT_ASKED = WarmUp(found=False, p=None, terms=(), action="not looked for", cut=None)
-
 
 def regress_environment(
     recording: Recording,

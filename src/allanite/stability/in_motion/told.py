@@ -9,23 +9,22 @@ velocity) as the signal there if
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid, TermType, White
 from allanite.noise.model import Estimate
 from allanite.noise.motion import MotionInflation
+from allanite.noise.parameters import louder
 
 __all__ = ["is_slow", "told_model"]
 
-#: Amplitude of each term of a bias that changes.
-_AMPLITUDES: Mapping[type[TermType], str] = {Flicker: "B", GaussMarkov: "q", RandomWalk: "K"}
-_SLOW_SYMBOLS = ("B", "B_equiv", "K", "q", "sigma")
+#: Symbols of the amplitudes of a bias that changes, without what follows "_".
+_SLOW = ("B", "K", "q", "sigma")
 
 
 def is_slow(term: TermType) -> bool:
     """Whether a term is one of a bias that changes."""
-    return type(term) in _AMPLITUDES
+    return isinstance(term, (Flicker, GaussMarkov, RandomWalk))
 
 
 def told_model(rest: NoiseModel, facts: MotionInflation, noise: float) -> NoiseModel:
@@ -35,7 +34,7 @@ def told_model(rest: NoiseModel, facts: MotionInflation, noise: float) -> NoiseM
         return replace(alone, alternative=told_model(rest.alternative, facts, noise))
     changed = facts.noise != 1
     kept = [t for t in rest.terms if not (changed and isinstance(t, (White, Sinusoid)))]
-    terms = [_times(term, facts.slow) for term in kept]
+    terms = [louder(term, facts.slow) if is_slow(term) else term for term in kept]
     estimates = [_times_estimate(e, facts.slow) for e in rest.estimates if not (changed and e.symbol == "N")]
     if changed:
         terms.append(White(N=noise))
@@ -53,15 +52,8 @@ def told_model(rest: NoiseModel, facts: MotionInflation, noise: float) -> NoiseM
     )
 
 
-def _times(term: TermType, factor: float) -> TermType:
-    if not is_slow(term):
-        return term
-    symbol = _AMPLITUDES[type(term)]
-    return replace(term, **{symbol: factor * getattr(term, symbol)})
-
-
 def _times_estimate(estimate: Estimate, factor: float) -> Estimate:
-    if estimate.symbol not in _SLOW_SYMBOLS:
+    if estimate.symbol.partition("_")[0] not in _SLOW:
         return estimate
     value = None if estimate.value is None else factor * estimate.value
     return replace(
