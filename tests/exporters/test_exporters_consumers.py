@@ -568,6 +568,66 @@ def test_a_correlation_time_of_all_replaces_those_of_the_models() -> None:
     assert text.count("with T 72 s") == 2
 
 
+#: Three axes whose largest sigma, driving density and time are never all those of one.
+UNLIKE = [
+    ((2e-5, 50.0), (3e-5, 500.0), (1e-5, 200.0)),
+    ((1e-5, 1.0), (1e-5, 100.0), (1e-5, 1e4)),
+    ((9e-5, 20.0), (1e-5, 3e3), (5e-5, 3.0)),
+]
+
+
+def _bias_of(name: str, text: str) -> GaussMarkov:
+    """The Gauss-Markov bias that a filter reads for its gyroscopes."""
+    degree_per_hour = math.pi / 180 / 3600
+    if name == "navego":
+        sigma, time = (float(re.search(rf"{k} = \[(\S+),", text)[1]) for k in ("gb_dyn", "gb_corr"))  # type: ignore[index]
+        return GaussMarkov.from_sigma(math.radians(sigma), time)
+    noise = next(iter(consumers.yaml_1_1(text).values()))
+    sigma = noise["gbstd"][0] if name == "kf_gins" else noise["gbstd"]
+    return GaussMarkov.from_sigma(sigma * degree_per_hour, noise["corrtime"] * 3600)
+
+
+@pytest.mark.parametrize("name", ["kf_gins", "ob_gins", "navego"])
+@pytest.mark.parametrize("time", [None, 30.0, 900.0])
+@pytest.mark.parametrize("biases", UNLIKE)
+def test_the_one_bias_of_a_filter_is_above_that_of_every_axis(
+    name: str, time: float | None, biases: tuple[tuple[float, float], ...]
+) -> None:
+    """At every averaging time, and not above more than it must be: it touches one of them at either end."""
+    terms = [GaussMarkov.from_sigma(*bias) for bias in biases]
+    models = {axis: NoiseModel.of(White(N=1e-4), term) for axis, term in zip("xyz", terms, strict=True)}
+    text = al.export(name, models, rate=RATE, digits=9, **({"correlation_time": time} if time else {}))
+    written, taus = _bias_of(name, text), np.geomspace(1e-4, 1e9, 131)
+    shares = written.avar(taus) / np.max([term.avar(taus) for term in terms], axis=0)
+    assert shares.min() > 1 - 1e-6
+    assert min(shares[0], shares[-1]) == pytest.approx(1, rel=1e-3)
+    if time is None:
+        assert max(shares[0], shares[-1]) == pytest.approx(1, rel=1e-3)
+        assert "axes of unlike T" in text
+
+
+@pytest.mark.parametrize("name", [*MARKOVS, "kalibr", "ros_imu"])
+def test_a_refusal_for_want_of_a_term_says_which_one_and_its_way_out_works(name: str) -> None:
+    walk, white = RandomWalk(K=1e-6), White(N=1e-4)
+    with pytest.raises(InputError, match="must have white noise above zero"):
+        al.export(name, {"g": NoiseModel.of(walk, GaussMarkov.from_sigma(1e-5, 50.0))}, rate=RATE)
+    if name == "ros_imu":
+        return
+    with pytest.raises(InputError, match="a model with K or B"):
+        al.export(name, {"g": NoiseModel.of(white)}, rate=RATE)
+    if name in MARKOVS and name != "navego":
+        with pytest.raises(InputError, match="walk='k-only' writes its random walk"):
+            al.export(name, {"g": NoiseModel.of(white, walk)}, rate=RATE)
+    assert al.export(name, {"g": NoiseModel.of(white, walk)}, rate=RATE, walk="k-only")
+    with pytest.raises(InputError, match="walk='upper-bound' writes its bias instability"):
+        al.export(name, FLICKER, rate=RATE, walk="k-only")
+    assert al.export(name, FLICKER, rate=RATE, walk="upper-bound")
+    hidden = {"g": NoiseModel.of(White(N=1.0), GaussMarkov.from_sigma(1e-5, 0.1))}
+    with pytest.raises(InputError, match="walk='horizon=<seconds>'"):
+        al.export(name, hidden, rate=RATE, walk="upper-bound")
+    assert al.export(name, hidden, rate=RATE, walk="horizon=10")
+
+
 # -- a bound stays a bound -----------------------------------------------------------------------------------------
 
 

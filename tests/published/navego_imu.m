@@ -15,7 +15,7 @@
 % gyroscope, N in rad/s/sqrt(Hz); B, sigma in rad/s; K in rad/s^2/sqrt(Hz):
 %   gyro_x: N 8.7301e-05 [8.7127e-05, 8.7476e-05]; B 2.4725e-05 [2.2301e-05, 2.7150e-05]; sigma = 1.0760 B = 2.6605e-05, with T 100 s; K 7.7376e-07 [5.4105e-07, 1.0065e-06]
 %   gyro_y: N 9.3121e-05 [9.2935e-05, 9.3308e-05]; B 2.0769e-05 [1.8733e-05, 2.2806e-05]; sigma = 1.0760 B = 2.2348e-05, with T 100 s; K < 6.3026e-07 (95 % upper limit, used)
-%   gyro_y: N 9.3121e-05 [9.2935e-05, 9.3308e-05]; Gauss-Markov sigma 2.1910e-05 [2.0376e-05, 2.3882e-05], T 180 s [93.6, 309.6], with T 100 s; K < 1.8617e-07 (95 % upper limit, used)
+%   gyro_y: N 9.3121e-05 [9.2935e-05, 9.3308e-05]; Gauss-Markov sigma 2.1910e-05 [2.0376e-05, 2.3882e-05], T 180 s [93.6, 309.6], with T 100 s and sigma 2.9395e-05, above the term at all averaging times; K < 1.8617e-07 (95 % upper limit, used)
 %   gyro_y: the record cannot decide between these two; the larger numbers are used
 %   gyro_z: N 7.8571e-05 [7.8414e-05, 7.8728e-05]; B 1.4835e-05 [1.3381e-05, 1.6290e-05]; sigma = 1.0760 B = 1.5963e-05, with T 100 s; K < 1.5708e-07 (95 % upper limit, used); Q 1.5514e-05 rad LEFT OUT
 %
@@ -25,7 +25,7 @@
 %   acc_z: N 6.8361e-04 [6.8224e-04, 6.8497e-04]; B < 7.5167e-06 (95 % upper limit, used); sigma = 1.0760 B = 8.0879e-06, with T 100 s; K < 1.3667e-06 (95 % upper limit, used)
 
 imu.arw = [3.201280e-01, 3.201280e-01, 3.201280e-01];  % deg/sqrt(h)
-imu.gb_dyn = [1.524330e-03, 1.524330e-03, 1.524330e-03];  % deg/s
+imu.gb_dyn = [1.684206e-03, 1.684206e-03, 1.684206e-03];  % deg/s
 imu.gb_corr = [1.000000e+02, 1.000000e+02, 1.000000e+02];  % s
 imu.vrw = [4.101640e-02, 4.101640e-02, 4.101640e-02];  % m/s/sqrt(h)
 imu.ab_dyn = [2.634042e-02, 2.634042e-02, 2.634042e-02];  % mg
@@ -33,7 +33,7 @@ imu.ab_corr = [1.000000e+02, 1.000000e+02, 1.000000e+02];  % s
 
 % imu = imu_si_errors(imu, dt);  % with the rest of the structure filled in; then:
 
-imu.gb_psd = [3.762455e-06, 3.762455e-06, 3.762455e-06];  % rad/s^2/sqrt(Hz)
+imu.gb_psd = [4.157073e-06, 4.157073e-06, 4.157073e-06];  % rad/s^2/sqrt(Hz)
 imu.arrw = [7.737626e-07, 7.737626e-07, 7.737626e-07];  % rad/s^2/sqrt(Hz)
 imu.ab_psd = [3.653073e-05, 3.653073e-05, 3.653073e-05];  % m/s^3/sqrt(Hz)
 imu.vrrw = [6.956184e-06, 6.956184e-06, 6.956184e-06];  % m/s^3/sqrt(Hz)

@@ -16,6 +16,7 @@ from allanite.recording.channel_names import for_shell, ways_to_units
 
 __all__ = [
     "ACCELEROMETER",
+    "GIVE_BIAS",
     "GYROSCOPE",
     "SENSORS",
     "UNITS",
@@ -27,6 +28,7 @@ __all__ = [
     "combined",
     "left_out",
     "parameter",
+    "refuse_no_noise",
     "refuse_nothing",
     "without_slot",
 ]
@@ -41,6 +43,8 @@ UNITS = {
     ACCELEROMETER: ("m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"),
 }
 _KINDS = {GYROSCOPE: ("rate", "angle"), ACCELEROMETER: ("acceleration", "velocity")}
+#: What a user may do whose model says nothing of the bias.
+GIVE_BIAS = "give a model with K or B, or a study, whose upper limit is used"
 _TERM_OF = {"N": "white", "B": "flicker", "K": "random_walk"}
 _RULES = {
     "worst": "one number for all axes, from the worst axis for each parameter",
@@ -237,6 +241,14 @@ def parameter(channel: str, model: Json, symbol: str, file: str) -> Number:
             "among the terms, or record longer"
         )
     return Number(symbol, estimate["upper"], f"< {estimate['upper']:.4e} (95 % upper limit, used)")
+
+
+def refuse_no_noise(channel: str, noises: Sequence[Number], consumer: str) -> None:
+    """Raise where a model of a channel has no white noise: no consumer takes a sensor without."""
+    if min(noise.value for noise in noises) <= 0:
+        raise InputError(
+            f"channel {channel!r}: {consumer} must have white noise above zero, and the model has none: give one with N"
+        )
 
 
 def left_out(channel: str, model: Json, symbol: str, file: str) -> Number:

@@ -2,9 +2,11 @@
 """White noise and a first-order Gauss-Markov bias (sigma, T): what simulators and GNSS/INS filters know.
 
 A Gauss-Markov term goes in as it is. Flicker goes in as the term whose Allan deviation peaks at its floor, sigma =
-1.0760 B, and needs the correlation time that it is to have. The random walk K has no slot beside it: it is left out,
-and the file says so. With `walk` given the bias is a walk instead: a Gauss-Markov term of 1e6 s, driven by the walk of
-that label (`allanite.exporters.imu.walks`), whose drift over t seconds is that of the walk within a part t/1e6 s.
+1.0760 B, and needs the correlation time that it is to have. Where one term is written for several of unlike time (the
+worst of three axes, or a time given for a fitted term), a filter gets the least term that is above each of them at all
+averaging times (`_above`). The random walk K has no slot beside it: it is left out, and the file says so. With `walk`
+given the bias is a walk instead: a Gauss-Markov term of 1e6 s, driven by the walk of that label
+(`allanite.exporters.imu.walks`), whose drift over t seconds is that of the walk within a part t/1e6 s.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from typing import Any, Unpack
 
 from allanite.errors import InputError
 from allanite.exporters.imu.axes import (
+    GIVE_BIAS,
     SENSORS,
     AxisNumbers,
     HeaderNote,
@@ -23,6 +26,7 @@ from allanite.exporters.imu.axes import (
     combined,
     left_out,
     parameter,
+    refuse_no_noise,
     without_slot,
 )
 from allanite.exporters.imu.numbers import ImuNumbers
@@ -114,32 +118,57 @@ def gauss_markov_imu(document: Json, consumer: Consumer, **options: Unpack[Noise
             f"a bound would lose its random walk in {consumer.file}: give walk='k-only', which writes it as the bias"
         )
     if choice is None:
-        read, words = asked.read(lambda c: _markov(c, consumer, time)), _bias_words(consumer, time)
+        read = asked.read(lambda c: _markov(c, consumer, time))
+        words = _bias_words(consumer, time, asked.axes == "worst" and any(map(_unlike, read.values())))
     else:
         read, words = (
             asked.read(lambda c: _walk_as_markov(c, choice, consumer)),
             _walk_words(choice, consumer),
         )
+    biases = {sensor: _biases(axes, asked.axes, sensor) for sensor, axes in read.items() if axes}
     return MarkovImu(
         rate=document["recording"]["rate"],
         comments=asked.head(document, consumer, words, read),
         noise=asked.numbers(read, lambda axis: axis.noise),
-        sigma=asked.numbers(read, lambda axis: axis.sigma),
-        time={sensor: _times(axes, asked.axes, sensor) for sensor, axes in read.items() if axes},
+        sigma={sensor: tuple(asked.inflate * sigma for sigma, _ in bias) for sensor, bias in biases.items()},
+        time={sensor: tuple(time for _, time in bias) for sensor, bias in biases.items()},
         K=asked.numbers(read, lambda axis: axis.K),
         walks=choice is not None,
         style=asked.style,
     )
 
 
-def _times(axes_of: Sequence[_MarkovAxis], axes: str, sensor: str) -> tuple[float, ...]:
-    """Of the axis with the largest sigma for the worst one; the geometric mean for the root mean square."""
-    times = [a.time for a in axes_of]
+def _biases(axes_of: Sequence[_MarkovAxis], axes: str, sensor: str) -> list[tuple[float, float]]:
+    """Sigma and time of the bias: of each axis, of the worst one, or the root mean square and the geometric mean."""
+    if axes == "worst" and (unlike := _unlike(axes_of)):
+        worst = _above(unlike)
+        return [(worst.sigma, worst.T)]
+    sigmas, times = [a.sigma for a in axes_of], [a.time for a in axes_of]
     if axes == "each":
-        return combined(times, axes, sensor)
+        return list(zip(combined(sigmas, axes, sensor), times, strict=True))
     if axes == "worst":
-        return (max(axes_of, key=lambda a: a.sigma).time,)
-    return (math.exp(sum(math.log(t) for t in times) / len(times)),)
+        return [max(zip(sigmas, times, strict=True), key=lambda bias: bias[0])]
+    return [(combined(sigmas, axes, sensor)[0], math.exp(sum(map(math.log, times)) / len(times)))]
+
+
+def _unlike(axes_of: Sequence[_MarkovAxis]) -> list[GaussMarkov]:
+    """The Gauss-Markov terms of axes whose times differ; none where they are alike, or a bias has no time."""
+    moving = [a for a in axes_of if a.sigma > 0]
+    if len({a.time for a in moving}) < 2 or any(math.isnan(a.time) for a in moving):
+        return []
+    return [GaussMarkov.from_sigma(a.sigma, a.time) for a in moving]
+
+
+def _above(terms: Sequence[GaussMarkov], T: float | None = None) -> GaussMarkov:
+    """The least Gauss-Markov term that is above each of some, of the time T if one is given.
+
+    A density q^2 / (1/T^2 + w^2) is above another at every frequency if it is at both ends, where q and q T are; so is
+    then its Allan deviation at every averaging time.
+    """
+    fast, slow = max(t.q for t in terms), max(t.q * t.T for t in terms)
+    if T is None:
+        return GaussMarkov(q=fast, T=slow / fast)
+    return GaussMarkov(q=max(fast, slow / T), T=T)
 
 
 # -- one axis -------------------------------------------------------------------------------------------------
@@ -152,22 +181,26 @@ def _markov(channel: Json, consumer: Consumer, time: float | None) -> _MarkovAxi
     terms = [_term(name, m, consumer) for m in models]
     fitted = next((t.T for t in terms if t is not None), None)
     used = time if time is not None else fitted
-    sigmas, walks, notes = [], [], []
+    sigmas, walks, notes, has_walk = [], [], [], False
     for model, noise, term in zip(models, noises, terms, strict=True):
         k = (parameter if consumer.holds_K else left_out)(name, model, "K", file)
+        has_walk |= k.value > 0
         sigma, bias = _bias_of(name, model, term, used, consumer)
         sigmas.append(sigma)
         walks.append(0.0 if k.is_out else k.value)
         notes.append(HeaderNote((noise, *bias, k, *without_slot(model, channel["kind"]))))
+    refuse_no_noise(name, noises, consumer.name)
+    if max(sigmas) <= 0 and not (consumer.holds_K and max(walks) > 0):
+        way = (
+            ": walk='k-only' writes its random walk as the bias" if has_walk else f" and no walk: {GIVE_BIAS}"
+        )
+        raise InputError(
+            f"channel {name!r}: {consumer.name} must have a bias above zero, and the model has no bias instability{way}"
+        )
     if used is None and not consumer.holds_flicker:
         raise InputError(
             f"channel {name!r}: {file} needs the correlation time of a Gauss-Markov bias, and the model has flicker, "
             "which has none: give correlation_time= (seconds), or walk='upper-bound' for a walk in its place"
-        )
-    if min(v.value for v in noises) <= 0 or (max(sigmas) <= 0 and not (consumer.holds_K and max(walks) > 0)):
-        raise InputError(
-            f"channel {name!r}: {consumer.name} needs noise and bias above zero, and N or the bias instability is "
-            "zero here; walk='k-only' writes the random walk as the bias"
         )
     return _MarkovAxis(
         name=name,
@@ -186,8 +219,12 @@ def _bias_of(
     with_time = f", with T {used:.4g} s" if used is not None and (term is None or term.T != used) else ""
     if term is not None:
         of_sigma, of_time = _span(model, "sigma", ".4e"), _span(model, "T", ".4g")
+        sigma = term.sigma
+        if with_time and (not consumer.simulator or model.get("overbound")):
+            sigma = _above([term], used).sigma
+            with_time += f" and sigma {sigma:.4e}, above the term at all averaging times"
         text = f"sigma {term.sigma:.4e}{of_sigma}, T {term.T:.4g} s{of_time}{with_time}"
-        return term.sigma, [Number(GAUSS_MARKOV, term.sigma, text, has_interval=bool(of_sigma or of_time))]
+        return sigma, [Number(GAUSS_MARKOV, term.sigma, text, has_interval=bool(of_sigma or of_time))]
     b = parameter(name, model, "B", consumer.file)
     sigma = SIGMA_PER_B * b.value
     if consumer.holds_flicker:
@@ -228,12 +265,16 @@ def _walk_as_markov(channel: Json, choice: WalkChoice, consumer: Consumer) -> _M
 # -- words ----------------------------------------------------------------------------------------------------
 
 
-def _bias_words(consumer: Consumer, time: float | None) -> Words:
+def _bias_words(consumer: Consumer, time: float | None, unlike: bool) -> Words:
     def words(held: frozenset[str]) -> list[str]:
         lines = []
         if held & {GAUSS_MARKOV, "sigma"}:
             lines.append(
                 "bias = first-order Gauss-Markov process: sigma its stationary standard deviation, T its time"
+            )
+        if unlike:
+            lines.append(
+                "axes of unlike T: sigma and T are of the least process above each axis at all averaging times"
             )
         if "sigma" in held:
             of = "of flicker: sigma = 1.0760 B, the process with the same peak of the Allan deviation"

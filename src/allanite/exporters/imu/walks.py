@@ -18,13 +18,21 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.exporters.imu.axes import AxisNumbers, HeaderNote, Number, parameter, without_slot
+from allanite.exporters.imu.axes import (
+    GIVE_BIAS,
+    AxisNumbers,
+    HeaderNote,
+    Number,
+    parameter,
+    refuse_no_noise,
+    without_slot,
+)
 from allanite.lazy_dataclasses import dataclass
 from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov
 
@@ -110,19 +118,34 @@ def walking(channel: Json, choice: WalkChoice, consumer: str, file: str) -> Walk
         A parameter without value and limit, or noise or a walk of zero.
     """
     name = channel["name"]
-    noises, walks, notes = [], [], []
+    read, walks, notes = [], [], []
     for model in channel["models"]:
         noise = parameter(name, model, "N", file)
         walk, parts = choice.rule(name, model, noise.value)
-        noises.append(noise.value)
+        read.append((noise, *parts))
         walks.append(walk)
         whole = Number("walk", walk, f"{walk:.4e}")
         notes.append(HeaderNote((noise, *parts, whole, *without_slot(model, channel["kind"]))))
-    if min(noises) <= 0 or max(walks) <= 0:
-        raise InputError(
-            f"channel {name!r}: {consumer} needs noise and walk above zero, and N or the walk is zero here"
-        )
-    return Walking(name=name, noise=max(noises), walk=max(walks), notes=tuple(notes))
+    refuse_no_noise(name, [noise for noise, *_ in read], consumer)
+    if max(walks) <= 0:
+        why = _no_walk([part for _, *parts in read for part in parts])
+        raise InputError(f"channel {name!r}: {consumer} must have a bias walk above zero, and {why}")
+    return Walking(
+        name=name, noise=max(noise.value for noise, *_ in read), walk=max(walks), notes=tuple(notes)
+    )
+
+
+def _no_walk(parts: Sequence[Number]) -> str:
+    """Why the walk of a model is zero, and what to do."""
+    biases = [n for n in parts if n.symbol in (GAUSS_MARKOV, "B") and n.value > 0]
+    if not biases:
+        return f"the model has neither a random walk nor a bias instability: {GIVE_BIAS}"
+    if any(n.is_out for n in biases):
+        return "the model has no random walk: walk='upper-bound' writes its bias instability as one"
+    return (
+        "the model has no random walk, and its white noise hides its bias instability at all averaging times: "
+        "walk='horizon=<seconds>' writes the drift at one time"
+    )
 
 
 def is_positive(value: Any) -> bool:

@@ -7,8 +7,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Unpack
 
-from allanite.errors import InputError
-from allanite.exporters.imu.axes import AxisNumbers, HeaderNote, left_out, parameter, without_slot
+from allanite.exporters.imu.axes import (
+    AxisNumbers,
+    HeaderNote,
+    left_out,
+    parameter,
+    refuse_no_noise,
+    without_slot,
+)
 from allanite.exporters.imu.numbers import ImuNumbers
 from allanite.exporters.imu.options import WhiteOptions, asked_of
 from allanite.exporters.imu.preamble import Consumer
@@ -49,8 +55,7 @@ def _axis(channel: Json, consumer: Consumer) -> AxisNumbers:
     for model in channel["models"]:
         noise = parameter(name, model, "N", file)
         lost = (left_out(name, model, "K", file), *bias_left_out(name, model, noise.value, file))
-        noises.append(noise.value)
+        noises.append(noise)
         notes.append(HeaderNote((noise, *lost, *without_slot(model, channel["kind"]))))
-    if min(noises) <= 0:
-        raise InputError(f"channel {name!r}: {consumer.name} needs noise above zero, and N is zero here")
-    return AxisNumbers(name=name, noise=max(noises), notes=tuple(notes))
+    refuse_no_noise(name, noises, consumer.name)
+    return AxisNumbers(name=name, noise=max(noise.value for noise in noises), notes=tuple(notes))
