@@ -57,6 +57,8 @@ from allanite.recording.records import Recording
 __all__ = ["PRIOR", "ReferenceAided", "reference_aided", "seed_space"]
 
 Array = NDArray[np.float64]
+#: What a model writes for its terms.
+_SYMBOLS = {White: "N", Flicker: "B", GaussMarkov: "a Gauss-Markov term", RandomWalk: "K"}
 
 #: P_0 of both states: 0.1 (deg/s)^2, in (rad/s)^2.
 PRIOR = 0.1 * math.radians(1) ** 2
@@ -251,9 +253,10 @@ def seed_space(
         for kind in (White, (Flicker, GaussMarkov), RandomWalk)
     )
     if len(white) != 1 or len(bias) != 1 or len(walk) > 1:
+        held = ", ".join(_SYMBOLS.get(type(t), type(t).__name__) for t in model.terms)
         raise InputError(
-            "the reference-aided filter needs white noise, one bias instability (B, or a Gauss-Markov term) and at "
-            f"most one random walk; the model is {model}"
+            "the reference-aided filter needs N, one bias instability (B, or a Gauss-Markov term) and at most one K; "
+            f"the model has {held or 'no term'}: write one, as in 'N=0.3 deg/√h, B=5 deg/h, T=240 s'"
         )
     density, time = _bias(bias[0], T)
     if not (math.isfinite(prior) and prior > 0):

@@ -107,11 +107,11 @@ def ways_to_units(channels: Sequence[tuple[str, str]]) -> str:
     """What is to be said of channels (name, kind) so that it is known what they measure; "" where all of it is known.
 
     >>> ways_to_units([("gx", "unknown"), ("t", "temperature")])
-    'state the unit of the samples, as in --unit gx=deg/s'
+    'state the unit of the samples, as in --unit gx=deg/s (or, of raw counts, their scale factor)'
     """
     unknown = [name for name, kind in channels if kind == "unknown"]
-    factors = scale_option(channels)
-    ways = [f"state the unit of the samples, as in {unit_option(unknown)}"] if unknown else []
+    factors, counted = scale_option(channels), "(or, of raw counts, their scale factor)"
+    ways = [f"state the unit of the samples, as in {unit_option(unknown)} {counted}"] if unknown else []
     ways += [f"give the scale factor of the data sheet, as in {factors}"] if factors else []
     return "; ".join(ways)
 

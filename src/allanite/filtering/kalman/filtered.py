@@ -183,7 +183,7 @@ def filter_recording(
     Parameters
     ----------
     recording : Recording
-        Missing samples are predicted over.
+        Missing samples are predicted over, and all others used: `clean` first what has spikes or repeats its samples.
     model : NoiseModel or mapping of channel name to NoiseModel
         Model in SI, as a fit gives it; `Study.models` is such a mapping. If the fit could not decide between two
         families, the one that drifts more over half of the record is filtered; with flicker="single" the first.
