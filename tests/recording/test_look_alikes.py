@@ -122,7 +122,7 @@ def test_one_wild_first_row_is_a_wild_first_row(rng: np.random.Generator) -> Non
     assert set(found) == {"spikes"}
     assert all(f.message.startswith("the first sample is far from those after it") for f in found["spikes"])
     (entry,) = said_of(found["spikes"])
-    assert entry.startswith("gyro_x, gyro_y, gyro_z, acc_x, acc_y and acc_z. gyro_")
+    assert entry.startswith("gyro_x, gyro_y, gyro_z, acc_x, acc_y and acc_z; gyro_")
 
 
 def test_a_time_among_the_signals_is_named_and_the_way_out_is_the_other_channels(

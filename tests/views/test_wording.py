@@ -13,10 +13,10 @@ from allanite.fitting.estimates import limit_estimate
 from allanite.noise import Estimate, RandomWalk, White
 from allanite.quantities.display_units import si_unit
 from allanite.quantities.number_words import interval, number, probability, with_sd
-from allanite.recording.health.finding import Finding, Severity
+from allanite.recording.health.finding import Finding, Severity, finding
 from allanite.study.results import ChannelModels
 from allanite.study.study import Study
-from allanite.views.wording.findings import finding_kinds, worst
+from allanite.views.wording.findings import finding_kinds, finding_line, worst
 from allanite.views.wording.provisos import provisos
 from allanite.views.wording.rates import sentence
 from allanite.views.wording.study import (
@@ -242,3 +242,16 @@ def test_white_noise_that_is_needed_is_not_called_slow(symbols: list[str], said:
     model = al.NoiseModel(terms=(), estimates=estimates)
     (words,) = provisos([ChannelModels(name="x", kind="rate", unit="", models=(model,))])
     assert words.startswith("x: ") and said in words
+
+
+def test_channels_whose_findings_differ_are_not_given_the_numbers_of_one() -> None:
+    """Steps of gyros in mdps and of accelerometers in mg: what a line says names its channel."""
+    steps = {"gx": "8.75 mdps", "gy": "8.75 mdps", "ax": "0.061 mg"}
+    members = [
+        finding("resolution_step", f"{name}: steps of {step}", severity=Severity.INFO, channel=name)
+        for name, step in steps.items()
+    ]
+    assert finding_line(members, 200) == "resolution_step: 3 channels, e.g. gx: steps of 8.75 mdps"
+    assert finding_line(members[:2], 200) == "resolution_step: gx, gy: steps of 8.75 mdps"
+    assert finding_line(members[1:], 200) == "resolution_step: gy, ax; gy: steps of 8.75 mdps"
+    assert finding_line(members[:1], 200) == "resolution_step: gx: steps of 8.75 mdps"

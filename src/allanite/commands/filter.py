@@ -16,8 +16,8 @@ FILTER = Command(
     title="Filter",
     summary="Estimate and remove drift with a Kalman filter.",
     details=(
-        "Uses the noise model of the sensor at rest, and tests whether it describes the LOG. --reference runs the seed "
-        "paper's two-state filter instead, with a known rate, as on a rate table. That is not a measurement: the "
+        "Uses the noise model of the sensor at rest, and tests whether it describes the LOG. --reference runs a "
+        "published two-state filter instead, with a known rate, as on a rate table. That is not a measurement: the "
         "filter returns the rate it is given. The turn options apply only with --reference."
     ),
     example="allanite filter gyro.parquet --model study.json --smooth -o corrected.parquet",
@@ -25,7 +25,7 @@ FILTER = Command(
         replace(MODEL, required=True),
         option("flag", "--smooth", "Estimate drift from the whole record, not only from past samples."),
         option(
-            "deg/h", "--reference", "Run the seed paper's filter with this known rate along the axis.",
+            "deg/h", "--reference", "Run the two-state filter with this known rate along the axis.",
             detail="15deg/h",
         ),
         option("seconds", "--correlation-time", "With --reference: correlation time of the flicker state."),

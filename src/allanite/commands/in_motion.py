@@ -16,7 +16,7 @@ IN_MOTION = Command(
     summary="Compare the noise in motion with that at rest.",
     details=(
         "MOTION is a log with motors on, or carried. Reports the inflation of N, of K and of each band of frequency, "
-        "with intervals, and the lines of rotors. --output writes the noise model that a filter should be told, with "
+        "with intervals, and the lines of rotors. --output writes the noise model to give to a filter, with "
         "the reason. Log options apply to all logs, or to the log that they name."
     ),
     example="allanite in-motion rest.bag motors-on.bag -o told.json --out moved",

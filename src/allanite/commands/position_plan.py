@@ -41,7 +41,7 @@ PLAN_POSITIONS = Command(
         option("choice", "--candidates",
             "Positions the unit can take: the faces of a box, also its edges, also its corners.",
             choices=("faces", "edges", "all"), default="all"),
-        option("integer", "--most", "Positions.", default=18),
+        option("integer", "--most", "Largest number of positions.", default=18),
         option("seconds", "--turn", "Time to turn from one rest to the next.", default=5.0),
         option("seconds", "--shortest", "Shortest rest.", default=5.0),
         option("number", "--rate", "Sample rate in Hz.", otherwise="that of the study, or 100"),

@@ -58,33 +58,33 @@ def fit(
     Parameters
     ----------
     measured : AllanCurve or Recording
-        A curve of one channel (take it out of several by ``curve["x"]``), or a recording.
+        A curve of one channel (``curve["x"]`` selects it), or a recording.
     method : str, optional
-        Of a curve: "moments" (the default) gives intervals and says what is not supported; "slopes" is the seed's
-        reading, without either. Of a recording: "likelihood" (the default), within some percent of the best precision
-        that there is; "spectral", the same question put to the spectrum.
+        For a curve: "moments" (the default) gives intervals and upper limits; "slopes" reads values off straight
+        lines, without either, for comparison with the literature. For a recording: "likelihood" (the default), within
+        a few percent of the Cramér-Rao bound; "spectral", a fit to the spectrum.
     exclude : array_like of bool, shape (n_lags,), optional
-        Lags of a curve to leave out.
+        Lags of the curve to exclude.
     confidence : float
-        Level of the intervals.
+        Confidence level of the intervals.
     floor : AllanCurve, optional
         For "moments": the curve of the instrument alone, on the interval and in the unit of `measured`
         (`allanite.fitting.instrument_floor.floor_of`). The model is that of the sensor without the instrument.
     screen : bool or sequence of Finding
-        Of a recording: look through its samples for heavy tails and faults, and name those and the lines that the
-        model does not hold; see `allanite.fitting.samples`. Of a curve: hold the heavy tails that it knows of, and say
-        what only samples can tell. False where that was done; what `allanite.check` finds in the channel, where that
-        is known: it is not looked for again.
+        For a recording: check the samples for heavy tails and faults, and report these and the lines that the model
+        does not include; see `allanite.fitting.samples`. For a curve: allow for the heavy tails recorded in it, and
+        state what only samples can show. False skips the check; findings of `allanite.check` replace it.
     **options
-        Of a recording: `channel`, `terms` (the letters to fit), and what the method takes besides: "likelihood"
-        `lines` [Hz], `engine` and `block` (see `allanite.fitting.likelihood.fit_likelihood`), "spectral" see
+        For a recording: `channel`, `terms` (the letters to fit), and the options of the method: `lines` [Hz], `engine`
+        and `block` of `allanite.fitting.likelihood.fit_likelihood`, or those of
         `allanite.fitting.spectral.fit_spectral`.
 
     Returns
     -------
     NoiseModel
-        With `estimates`, `covariance`, `goodness`, and `alternative` where the two families cannot be told apart. Where
-        the channel states how uncertain its scale factor is, the intervals hold that too; see `allanite.fitting.scale`.
+        With `estimates`, `covariance`, `goodness`, and `alternative` if the record cannot distinguish the two families.
+        If the channel states the uncertainty of its scale factor, the intervals include it; see
+        `allanite.fitting.scale`.
 
     Raises
     ------

@@ -23,7 +23,7 @@ __all__ = [
 ]
 
 _NAMES = {
-    "Q": "quantisation",
+    "Q": "quantization",
     "N": "white noise",
     "B": "flicker",
     "sigma": "a Gauss-Markov term",

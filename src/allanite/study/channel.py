@@ -104,7 +104,7 @@ def channel_study(
     gathered = SamplePass.of(recording, name)
     lines = _Lines.of(recording, name, gathered)
     curves = _without_environment(_without_lines(curves, lines, request), environment, request)
-    bent = _bent_lags(curves.fitted, lines, request)
+    bent = _bent_lags(curves, lines, request)
     below = None if floor is None else quiet_curve(floor, name, request.confidence)
     fitted = _fit(curves, lines, None if lines.steady else gathered, bent, below, request)
     over_its_floor, floor_remarks = _over_floor(curves.fitted, floor, below, name, bent)
@@ -175,11 +175,14 @@ def _without_environment(curves: Curves, environment: EnvironmentEstimate | None
     return replace(curves, shown=shown, fitted=fitted)
 
 
-def _bent_lags(fitted: AllanCurve, lines: _Lines, request: Request) -> Exclusion:
-    """Lags that lines bend, and those that the caller leaves out."""
+def _bent_lags(curves: Curves, lines: _Lines, request: Request) -> Exclusion:
+    """Lags that lines or the rounding of an angle bend, and those that the caller leaves out."""
     from allanite.noise.spectrum.exclusion import lags_to_exclude, without_spans
+    from allanite.study.rounding import without_rounded_lags
 
+    fitted = curves.fitted
     bent = lags_to_exclude(lines.rest_spectrum, fitted.tau, avar=fitted.variance[:, 0], edf=fitted.edf[:, 0])
+    bent = without_rounded_lags(bent, fitted, curves.recording, curves.name)
     return without_spans(bent, fitted.tau, request.exclude)
 
 

@@ -468,8 +468,10 @@ def _gaps(record: StudiedRecord) -> str:
         return "No sample is missing."
     longest = max((b - a) / record.rate for a, b in record.gaps)
     count = len(record.gaps)
-    head = "one gap" if count == 1 else f"{'at least ' if count >= 100 else ''}{count} gaps"
-    return f"{record.missing} samples are missing in {head}, the longest of {duration(longest)} (shaded)."
+    if count == 1:
+        return f"{plural(record.missing, 'sample')} missing in one gap of {duration(longest)} (shaded)."
+    gaps = f"{'at least ' if count >= 100 else ''}{count} gaps, the longest of {duration(longest)} (shaded)"
+    return f"{record.missing} samples missing in {gaps}."
 
 
 def _spectra(study: Study) -> Iterator[PageBlock]:

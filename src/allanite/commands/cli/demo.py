@@ -31,10 +31,10 @@ __all__ = ["demo"]
 @force_option
 @json_option
 def demo(seed_paper: bool, out: str, seed: int, duration: float, force: bool, as_json: bool) -> None:
-    """Run the seed paper's experiment on a simulated sensor.
+    """Repeat a published Earth-rate experiment on a simulated sensor.
 
     Simulates a week of the gyro, characterizes it and compares the result with the truth. --seed-paper adds the four
-    Earth-rate takes, each estimator, the filter that is given the rate, and all thirteen figures as PDF and PNG.
+    takes of the paper, each estimator, the filter that is given the rate, and all thirteen figures as PDF and PNG.
     """
     from allanite.views.terminal.console import progress
     from allanite_seed_paper.demonstration import run_seed_paper, run_week

@@ -124,7 +124,7 @@ def _list_consumers(context: click.Context, _: click.Parameter, wanted: bool) ->
 @click.option(
     "--filter-rate",
     type=float,
-    help="Update rate of the filter or simulator in Hz.  [cpp, px4, ardupilot, formats with numbers of one sample; "
+    help="Update rate of the filter or simulator in Hz.  [cpp, px4, ardupilot, formats with per-sample values; "
     "default: its own, or the log's]",
 )
 @click.option(

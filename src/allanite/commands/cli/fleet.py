@@ -45,9 +45,9 @@ class Size(click.ParamType[Any]):
 def fleet() -> None:
     """Characterize many logs, and describe their population.
 
-    `run` does every log once, and goes on where it was interrupted. `watch` takes new logs as they come. `report`
-    describes the population and names the units that stand out, `chart` shows whether a coefficient is in control,
-    `check` is the bench test of one unit.
+    `run` characterizes every log once, and resumes where it was interrupted. `watch` characterizes new logs as they
+    arrive. `report` describes the population and names the units that stand out, `chart` shows whether a coefficient
+    is in control, `check` tests one unit on the bench.
     """
 
 
@@ -59,7 +59,7 @@ def _workers(command: Callable[..., Any]) -> Callable[..., Any]:
             "Processes of this machine.  [default: one per processor]",
             {"type": click.IntRange(1)},
         ),
-        ("--scheduler", "Dask scheduler whose workers do the logs: tcp://host:8786.", {"metavar": "ADDRESS"}),
+        ("--scheduler", "Dask scheduler whose workers characterize the logs: tcp://host:8786.", {"metavar": "ADDRESS"}),
     ):
         command = click.option(flag, help=text, **more)(command)
     return command
@@ -75,11 +75,11 @@ def _workers(command: Callable[..., Any]) -> Callable[..., Any]:
     type=click.Path(exists=True, dir_okay=False),
     help="CSV of labels, with a column unit or log.",
 )
-@click.option("--timeout", type=Duration(), default="1h", show_default=True, help="Longest time for one log.")
+@click.option("--timeout", type=Duration(), default="1h", show_default=True, help="Time limit for one log.")
 @click.option(
     "--memory",
     type=Size(),
-    help="Most memory for one log: 2GiB.  [default: 80 % of the machine, shared by its processors]",
+    help="Memory limit for one log: 2GiB.  [default: 80 % of the machine, shared by its processors]",
 )
 @click.option(
     "--retries",
@@ -113,8 +113,8 @@ def run(
 
 @fleet.command("watch", epilog=example_of("allanite fleet watch fleet"))
 @click.argument("folder", type=click.Path(exists=True, file_okay=False))
-@click.option("--every", type=Duration(), default="10s", show_default=True, help="Time between two looks.")
-@click.option("--once", is_flag=True, help="Take the logs that are there now, and end.")
+@click.option("--every", type=Duration(), default="10s", show_default=True, help="Time between scans of the folder.")
+@click.option("--once", is_flag=True, help="Characterize the logs present now, then exit.")
 @_workers
 @json_option
 def watch(

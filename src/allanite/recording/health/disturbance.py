@@ -67,6 +67,8 @@ RARE = 0.25
 BLOCKS, FEW = 64, 4
 #: Ratios of power beyond which it is louder there, and beyond which it is no sensor's noise that became louder.
 CLEARLY, LOUDEST = 1.5, 25.0
+#: Differences below this share of a step are none: where most windows hold one code, the rounding of the numbers.
+_DUST = 1e-3
 
 
 # -- impulses ---------------------------------------------------------------------------------------------
@@ -79,10 +81,10 @@ def impulses(survey: ChannelSurvey, reach: float = 0.0) -> Iterator[Finding]:
     `reach` are the tails of noise that is not Gaussian: without them N would be too low.
     """
     outliers = impulses_of(survey)
-    if survey.sigma == 0.0 or is_unresolved(survey):
+    if survey.sigma <= _DUST * survey.lattice.step or is_unresolved(survey):
         return
     if outliers.crowded > 0.1 * survey.present or len(outliers.position) > max(MANY * survey.present, 3):
-        restless = _standing_out(survey.scales)
+        restless = _standing_out(survey)
         if all(
             u.excess < NOTICED for u in restless
         ):  # otherwise the disturbance, or the change of the noise, says it
@@ -102,7 +104,7 @@ def impulses(survey: ChannelSurvey, reach: float = 0.0) -> Iterator[Finding]:
 def impulses_of(survey: ChannelSurvey) -> Impulses:
     """The samples far from those around them, but for what noise that is louder there makes of its own."""
     outliers = survey.impulses
-    louder = _louder_noise(survey.scales, _standing_out(survey.scales))
+    louder = _louder_noise(survey.scales, _standing_out(survey))
     if louder is None or not len(outliers.position):
         return outliers
     at = np.minimum(outliers.position // survey.scales[0].window, len(louder) - 1)
@@ -230,14 +232,14 @@ class Unrest:
 
 def unrest(survey: ChannelSurvey) -> tuple[Unrest, ...]:
     """The scales at which windows stand out, the worst first; none where the noise itself is louder for a time."""
-    restless = _standing_out(survey.scales)
+    restless = _standing_out(survey)
     if _louder_noise(survey.scales, restless) is not None:
         return ()
     return tuple(sorted(restless, key=lambda u: -u.excess))
 
 
-def _standing_out(scales: Sequence[BlockDifferences]) -> list[Unrest]:
-    made = (_stand_out(scale, len(scales)) for scale in scales)
+def _standing_out(survey: ChannelSurvey) -> list[Unrest]:
+    made = (_stand_out(scale, len(survey.scales), survey.lattice.step) for scale in survey.scales)
     return [u for u in made if u is not None]
 
 
@@ -288,11 +290,11 @@ def moved(survey: ChannelSurvey) -> bool:
     return 1.0 + excess_of(survey) >= MOVED
 
 
-def _stand_out(scale: BlockDifferences, n_scales: int) -> Unrest | None:
+def _stand_out(scale: BlockDifferences, n_scales: int, step: float) -> Unrest | None:
     there = ~np.isnan(scale.energy)
     windows = int(np.count_nonzero(there))
     quiet = _quiet(scale)
-    if windows < Energies.LEAST or quiet == 0.0:
+    if windows < Energies.LEAST or quiet <= (_DUST * step / scale.lag) ** 2:
         return None
     ratio = scale.energy / quiet
     bar = max(LIVELY, 1.2 * _chi_square(freedom_of(scale), 1.0 - ALARM / (windows * n_scales)))

@@ -3,14 +3,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from allanite.recording.health.finding import Finding, Severity, finding, percent
-from allanite.recording.health.survey import ChannelSurvey
+from allanite.recording.health.survey import ChannelSurvey, lattice_among, probes
+from allanite.recording.records import Recording
 
-__all__ = ["float_step", "is_unresolved", "no_noise_resolved", "quantisation", "quantisation_not_white"]
+__all__ = [
+    "float_step",
+    "is_unresolved",
+    "no_noise_resolved",
+    "patterned_step",
+    "quantisation",
+    "quantisation_not_white",
+]
 
 #: Noise, in steps, below which it does not dither the converter. Rounding a Gaussian of sd 0.41 step gives 0.5
 #: step; there the harmonics of the rounding error, exp(-2 pi^2 s^2), are 4 % and grow fast below.
@@ -120,16 +128,41 @@ def quantisation_not_white(survey: ChannelSurvey) -> Iterator[Finding]:
     step = survey.lattice.step
     if not survey.channel.kind.integrated or step == 0.0 or survey.constant:
         return
-    spreads = [s for _, values in survey.probes for s in _local_variance(np.diff(values))]
-    if spreads and float(np.median(spreads)) < PATTERN * step**2:
+    variance = _variance([np.diff(values) for _, values in survey.probes])
+    if variance < PATTERN * step**2:
         yield finding(
             "quantisation_not_white",
             f"rounding to steps of {step:.4g}{survey.unit} is not white: the increments vary by only "
-            f"{float(np.median(spreads)) ** 0.5 / step:.2g} steps",
+            f"{variance**0.5 / step:.2g} steps",
             severity=Severity.WARNING,
             channel=survey.name,
             count=survey.present,
         )
+
+
+def patterned_step(recording: Recording, name: str) -> float:
+    """Step [SI, of the angle or the velocity] of a channel whose rounding errors follow a pattern; 0.0 of any other.
+
+    Rates count if they were read as increments: their sum is the angle that was rounded.
+    """
+    channel = recording[name]
+    stated = any(name in s["channels"] for s in recording.history if s.get("step") == "increments")
+    if not (stated or channel.kind.integrated):
+        return 0.0
+    stretches = probes(recording, name)
+    values = np.concatenate(stretches) if stretches else np.zeros(0)
+    values = values[np.isfinite(values)]
+    step = lattice_among(np.unique(values), values, 0.0).step if len(values) else 0.0
+    increments = [np.diff(v) for v in stretches] if channel.kind.integrated else stretches
+    if not _variance(increments) < PATTERN * step**2:
+        return 0.0
+    return step * channel.scale * (1.0 if channel.kind.integrated else recording.dt)
+
+
+def _variance(stretches: Iterable[np.ndarray]) -> float:
+    """Median of the local variances; infinite where there are too few samples."""
+    spreads = [s for increments in stretches for s in _local_variance(increments)]
+    return float(np.median(spreads)) if spreads else np.inf
 
 
 def _local_variance(increments: np.ndarray, size: int = 64) -> list[float]:

@@ -74,7 +74,7 @@ def _beside(result: AlignmentEstimate) -> list[DrawnShape | Words]:
         lines[1:] = [f"heading {direction_words(result.last)}", f"{percent} interval {arcs}"]
     naive = _naive(result)
     if naive is None:
-        lines.append(f"signal to noise {number(result.signal_to_noise, 2)}")
+        lines.append(f"signal-to-noise ratio {number(result.signal_to_noise, 2)}")
     else:
         mean = f"mean of the first {naive.duration:.0f} s, {math.degrees(naive.heading):.1f}°"
         lines.append(f"dashed: {mean}")

@@ -127,7 +127,7 @@ def needle(direction: float, name: str = "", *, sure: bool = False) -> _Parts:
 def _said(north: NorthEstimate) -> _Parts:
     """The direction and its interval in words."""
     return beside_card(
-        [north.verdict.words, *_direction(north), f"signal to noise {number(north.signal_to_noise, 2)}"]
+        [north.verdict.words, *_direction(north), f"signal-to-noise ratio {number(north.signal_to_noise, 2)}"]
     )
 
 
@@ -180,7 +180,7 @@ def rate_gauge(horizontal: Quantity, expected: float) -> _Parts:
         line((left, y - 0.8), (left, y + 0.8), colour="guide"),
         Words(x=left, y=y - 2.4, text="0", colour="guide", size=0.9),
         line((place(known), y - 2.2), (place(known), y + 2.2), colour="x", width=1.6, name="known rate"),
-        Words(x=place(known), y=y - 4.0, text=f"the Earth here {number(known, 4)}", colour="x", size=0.95),
+        Words(x=place(known), y=y - 4.0, text=f"expected here {number(known, 4)}", colour="x", size=0.95),
     ]
     if math.isfinite(low) and math.isfinite(high):
         bar = box(
@@ -267,7 +267,7 @@ def _rate_panel(north: NorthEstimate, time: Array, axis: Axis, frame: tuple[floa
         title="Running estimate of the horizontal rate",
         x=axis,
         y=Axis(label="Horizontal rate [deg/h]", limits=around([known], ends, rate[late])),
-        curves=(*curves, level(known, frame, f"the Earth here {known:.3f} deg/h")),
+        curves=(*curves, level(known, frame, f"expected here {known:.3f} deg/h")),
         height=0.34,
         key="above",
     )

@@ -74,7 +74,7 @@ def running_panel(estimate: EarthRateEstimate) -> Panel:
             upper=rate + wide * sd,
             label="regression",
             colour="z",
-            band_label=f"{percent} band by the noise, the bound",
+            band_label=f"{percent} band expected from the noise",
         ),
         Curve(x=time, y=pairs, label="mean of the pairs", colour="orange", style="dashed", marker="square"),
     ]

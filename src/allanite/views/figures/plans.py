@@ -41,7 +41,7 @@ def dwell_panel(plans: Sequence[Plan]) -> Panel:
     within = f" in a record of {duration(_middle(first))}" if many else ""
     return Panel(
         title=title,
-        x=_time(f"From turn to turn{within} [s]", dwells),
+        x=_time(f"Dwell{within} [s]", dwells),
         y=Axis(label=_quantity(first), log=True, limits=(y[0] / 1.5, y[1] * 1.4)),
         curves=curves,
         labels=(_goal_line(first),),

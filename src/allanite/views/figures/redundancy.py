@@ -56,13 +56,18 @@ def parity_panel(result: Combination) -> Panel:
         for f in result.faults
     )
     high = positive_range(*(c.y for c in curves), [parity.threshold])[1]
-    words = f"alarm: {100 * result.false_alarm:g} % of records without a fault"
+    alarm = Curve(
+        x=np.array([0.0, result.duration / second]),
+        y=np.full(2, parity.threshold),
+        label=f"alarm: {100 * result.false_alarm:g} % of records without a fault",
+        colour="x",
+        style="dashed",
+    )
     return Panel(
         title=f"Parity of the sensors; {parity.dof} expected",
         x=Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, result.duration / second)),
         y=Axis(label="Chi-square of the window", log=True, limits=(_FLOOR, 4 * high)),
-        curves=tuple(curves),
-        labels=(Label(x=0.0, y=parity.threshold, text=words, colour="x", side="above right", place="level"),),
+        curves=(*curves, alarm),
         spans=spans,
         height=0.36,
         key="above",

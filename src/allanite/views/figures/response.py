@@ -167,7 +167,7 @@ def noise_panels(result: RateTableEstimate) -> list[Panel]:
         Panel(
             title="Noise against the rate",
             x=Axis(label="Absolute rate of the table [deg/s]"),
-            y=Axis(label="Noise over the model's", limits=around(ratio, 1 - half, 1 + half)),
+            y=Axis(label="Noise / model", limits=around(ratio, 1 - half, 1 + half)),
             curves=(expected, ratios),
             height=0.24,
             key="above",

@@ -97,10 +97,10 @@ def ratio_panel(channel: ChannelSpectrum, expected: Array) -> Panel:
     one = Curve(x=f, y=np.ones(len(f)), label="model", colour="model", style="dashed")
     low, high = positive_range(lower, upper)
     return Panel(
-        title=f"{channel.name}: density over the model's",
+        title=f"{channel.name}: density relative to the model",
         x=frequency_axis(f),
         y=Axis(
-            label="Density over the model's", log=True, limits=(max(low, 0.05) / 1.1, min(high, 20.0) * 1.1)
+            label="Density / model", log=True, limits=(max(low, 0.05) / 1.1, min(high, 20.0) * 1.1)
         ),
         curves=(measured, one),
         height=0.3,

@@ -115,9 +115,12 @@ def _axes(lags: Sequence[LagTest], length: float, across: float, top: float) -> 
         Words(
             x=middle,
             y=1.2,
-            text=f"Time since the first sample [{unit}]; upwards the averaging time",
+            text=f"Time since the first sample [{unit}]",
             up="middle",
         )
+    )
+    parts.append(
+        Words(x=_LEFT - 0.8, y=top + 0.4, text="Averaging\ntime", across="right", up="bottom", size=0.9)
     )
     return parts
 

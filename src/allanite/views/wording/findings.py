@@ -64,10 +64,17 @@ def findings_headline(findings: Iterable[Finding]) -> tuple[str, str]:
 
 
 def finding_line(members: Sequence[Finding], width: int) -> str:
-    """Findings of one kind in one line: code, channels, and as much of the message as fits, in whole clauses."""
+    """Findings of one kind in one line: code, channels, and as much of the message as fits, in whole clauses.
+
+    Where the channels differ in what is found, the words are those of one, which is named.
+    """
     names = [f.channel for f in members if f.channel is not None]
-    who = f"{', '.join(names)}: " if 0 < len(names) <= _NAMED else f"{len(names)} channels: " if names else ""
-    first, *clauses = re.split(r"(?<=[:;,]) ", own_words(max(members, key=lambda f: f.count)))
+    most = max(members, key=lambda f: f.count)
+    who = ", ".join(names) if len(names) <= _NAMED else f"{len(names)} channels"
+    if len({own_words(f) for f in members}) > 1 and most.channel is not None:
+        who += f", e.g. {most.channel}" if len(names) > _NAMED else f"; {most.channel}"
+    who = f"{who}: " if names else ""
+    first, *clauses = re.split(r"(?<=[:;,]) ", own_words(most))
     line = f"{members[0].code}: {who}{first}"
     for clause in clauses:
         if len(line) + len(clause) > width:
@@ -92,7 +99,7 @@ def _of_alike(members: Sequence[Finding]) -> str:
         return words
     if len({own_words(f) for f in members}) == 1:
         return f"{listed(names)}: {words}"
-    return f"{listed(names)}. {most.channel}: {words}"
+    return f"{listed(names)}; {most.channel}: {words}"
 
 
 def own_words(finding: Finding) -> str:

@@ -113,7 +113,8 @@ SAMPLES: dict[str, FindingKind] = {
         severity="fatal",
         means="the sample-to-sample noise is less than half a step of the values",
         risk="N is that of the converter: 0 or several times too large, depending on the level between two steps",
-        done="refused",
+        done="refused. Of increments of an angle or a velocity (pulses of a fiber-optic gyro), the angle is rounded: "
+        "accepted, `characterize` fits them as `quantisation_not_white` says",
         advice="raise the gain or log more digits; averages long enough to cross many steps are less affected",
     ),
     "quantisation": FindingKind(
@@ -128,8 +129,9 @@ SAMPLES: dict[str, FindingKind] = {
         group=_STEPS,
         severity="warning",
         means="an angle advances by too regular a fraction of its step: the rounding errors follow a pattern",
-        risk="Q is off by a factor of 0.3 to 1.6, and lines appear in the spectrum",
-        done="kept",
+        risk="a fit of all lags gives a wrong N (0.6 to 1.1 times) and Q (0.3 to 1.6 times); lines appear in the "
+        "spectrum",
+        done="kept; `characterize` fits the curve from the lag at which the noise moves the angle by 0.7 step",
         advice="do not read Q as step/sqrt(12); record finer angles",
     ),
     "resolution_step": FindingKind(
