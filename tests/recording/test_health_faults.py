@@ -803,7 +803,9 @@ def test_values_of_a_slower_sensor_are_refused_in_any_analysis(
 
 
 @pytest.mark.parametrize("code", [0.35, 0.1])  # no binary fractions: equal increments differ in the last bits
-def test_an_angle_that_advances_one_step_a_sample_is_not_in_motion(code: float, rng: np.random.Generator) -> None:
+def test_an_angle_that_advances_one_step_a_sample_is_not_in_motion(
+    code: float, rng: np.random.Generator
+) -> None:
     """Windows in which it never slips have no energy but the rounding of floating-point numbers."""
     angle = np.floor(np.cumsum(1.00002 + 0.05 * white(rng, N) * (np.arange(N) > N // 2)))
     named = set(by_code(check(Recording.from_angle(code * angle, rate=100.0, unit="arcsec", names=["fog"]))))

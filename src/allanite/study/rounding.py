@@ -22,7 +22,9 @@ __all__ = ["without_rounded_lags"]
 _DITHERED = 0.75
 
 
-def without_rounded_lags(exclusion: Exclusion, curve: AllanCurve, recording: Recording, name: str) -> Exclusion:
+def without_rounded_lags(
+    exclusion: Exclusion, curve: AllanCurve, recording: Recording, name: str
+) -> Exclusion:
     """The exclusion with the lags below the last at which the angle moves by less than its step.
 
     Parameters

@@ -59,7 +59,11 @@ def _workers(command: Callable[..., Any]) -> Callable[..., Any]:
             "Processes of this machine.  [default: one per processor]",
             {"type": click.IntRange(1)},
         ),
-        ("--scheduler", "Dask scheduler whose workers characterize the logs: tcp://host:8786.", {"metavar": "ADDRESS"}),
+        (
+            "--scheduler",
+            "Dask scheduler whose workers characterize the logs: tcp://host:8786.",
+            {"metavar": "ADDRESS"},
+        ),
     ):
         command = click.option(flag, help=text, **more)(command)
     return command
@@ -113,7 +117,9 @@ def run(
 
 @fleet.command("watch", epilog=example_of("allanite fleet watch fleet"))
 @click.argument("folder", type=click.Path(exists=True, file_okay=False))
-@click.option("--every", type=Duration(), default="10s", show_default=True, help="Time between scans of the folder.")
+@click.option(
+    "--every", type=Duration(), default="10s", show_default=True, help="Time between scans of the folder."
+)
 @click.option("--once", is_flag=True, help="Characterize the logs present now, then exit.")
 @_workers
 @json_option

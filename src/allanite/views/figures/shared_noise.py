@@ -27,7 +27,9 @@ def part_panel(result: Separation) -> Panel:
     unit, factor = display_unit(result.kind, "adev", result.unit)
     tau, curves, total = result.tau, [], result.total / factor
     for i, name in enumerate(result.channels):
-        curves.append(Curve(x=tau, y=total[:, i], label=f"{name} as measured", colour=SERIES[i], style="dotted"))
+        curves.append(
+            Curve(x=tau, y=total[:, i], label=f"{name} as measured", colour=SERIES[i], style="dotted")
+        )
     parts = result.parts
     shift = 2.0 ** (0.14 * (np.arange(len(parts)) - (len(parts) - 1) / 2))  # bars side by side
     floor = positive_range(*(p.deviation / factor for p in parts), total)[0] / 5

@@ -99,9 +99,7 @@ def ratio_panel(channel: ChannelSpectrum, expected: Array) -> Panel:
     return Panel(
         title=f"{channel.name}: density relative to the model",
         x=frequency_axis(f),
-        y=Axis(
-            label="Density / model", log=True, limits=(max(low, 0.05) / 1.1, min(high, 20.0) * 1.1)
-        ),
+        y=Axis(label="Density / model", log=True, limits=(max(low, 0.05) / 1.1, min(high, 20.0) * 1.1)),
         curves=(measured, one),
         height=0.3,
     )
