@@ -13,6 +13,7 @@ from itertools import pairwise
 from typing import Any
 
 from allanite.errors import InputError
+from allanite.quantities.number_words import with_parentheses
 from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.health.finding import PLACES, Finding, Severity, finding, percent, plural
 from allanite.recording.health.survey import ChannelSurvey
@@ -25,6 +26,8 @@ Notes = Mapping[str, Any]
 
 #: Clock error worth a warning [ppm]: that of a poor crystal.
 POOR_CLOCK = 100.0
+#: Of what differs by more, the percentage is easier to read [ppm].
+_PERCENT = 1e4
 #: Share of the samples off the even grid from which the grid is refused.
 OFF_GRID = 0.05
 #: Share of the longest run of a clock that was set back from which a cut by its times is as good.
@@ -264,15 +267,20 @@ def _of_run(recording: Recording) -> Iterator[Finding]:
     """The clock of the instrument, by which samples were counted, against that of the host."""
     notes = _notes(recording, "source")
     host, error = _number(notes, "rate_measured"), _number(notes, "rate_uncertainty")
-    ppm = (recording.rate / host - 1.0) * 1e6 if host > 0 else 0.0
+    ppm = (host / recording.rate - 1.0) * 1e6 if host > 0 else 0.0
     if abs(ppm) > max(POOR_CLOCK, 5e6 * error / recording.rate):
         yield finding(
             "clock_rate",
-            f"by the clock of the instrument {recording.rate:.8g} Hz, by that of the host {host:.8g} Hz: {ppm:+.4g} ppm"
-            "; the former is used",
+            f"the instrument states {recording.rate:.8g} Hz, the clock of the host says "
+            f"{with_parentheses(host, error)} Hz: {_apart(ppm)}; the former is used",
             severity=Severity.WARNING,
             count=recording.n_samples,
         )
+
+
+def _apart(ppm: float) -> str:
+    """How far a rate is from the stated one."""
+    return f"{ppm:+.4g} ppm" if abs(ppm) < _PERCENT else f"{ppm / _PERCENT:+.3g} %"
 
 
 def _against(recording: Recording, nominal: float, says: str) -> Iterator[Finding]:
@@ -293,7 +301,7 @@ def _against(recording: Recording, nominal: float, says: str) -> Iterator[Findin
     if abs(ppm) > max(POOR_CLOCK, 5e6 * error):
         yield finding(
             "clock_rate",
-            f"the header says {nominal:.8g} Hz, {says} {recording.rate:.8g} Hz: {ppm:+.4g} ppm; the latter is used",
+            f"the header says {nominal:.8g} Hz, {says} {recording.rate:.8g} Hz: {_apart(ppm)}; the latter is used",
             severity=Severity.WARNING,
             count=recording.n_samples,
         )

@@ -88,8 +88,9 @@ def doubtful(recording: Recording) -> Iterator[Finding]:
     if count:
         yield finding(
             "doubtful_samples",
-            f"{plural(count, 'sample')} of {stored} in the run ({percent(count / stored)}) are flagged as "
-            "doubtful: the value, or the time of it and of later samples, may be wrong; nothing was left out",
+            f"{plural(count, 'sample')} of {stored} in the run ({percent(count / stored)}) "
+            f"{'is' if count == 1 else 'are'} flagged as doubtful: the value, or the time of it and of later samples, "
+            "may be wrong; nothing was left out",
             severity=Severity.WARNING,
             count=count,
         )
