@@ -300,7 +300,7 @@ def test_a_line_that_came_twice_is_kept_once(host):
     # Three lines are there when two readings have been made.
     got = host.feed(60, 63, data=reading(60e-3) + reading(60e-3) + reading(61e-3), at=62)
     assert got.values.tolist() == pytest.approx([60e-3, 61e-3]) and got.counter.tolist() == [60, 61]
-    assert got.remarks == ("1 reading(s) came twice; kept once",)
+    assert got.remarks == ("1 reading came twice; kept once",)
     assert host.feed(62, 65).counter.tolist() == [62, 63, 64]
 
 
@@ -326,7 +326,7 @@ def test_readings_lost_without_a_trace_are_seen_by_the_clock(host):
         got = host.feed(k, k + 3, at=k + 3 + 2)
         said += got.remarks
         last = got.counter[-1]
-    assert len(said) == 1 and said[0].startswith("2 reading(s) did not come")
+    assert len(said) == 1 and said[0].startswith("2 readings did not come")
     assert last == 119 + 2
 
 

@@ -311,7 +311,7 @@ def test_faults_of_readings_are_rejected_counted_and_marked():
     assert remarks == (
         "rejected b'+1.20', which is not a reading of the 10 V range",
         "rejected b'\\xff\\x00#', which is not a reading of the 10 V range",
-        "1 reading(s) came twice; kept once",
+        "1 reading came twice; kept once",
     )
 
 
@@ -330,7 +330,7 @@ def test_silence_is_a_timeout_each_time_and_no_reading_is_repeated():
     assert len(set(numbers)) == len(numbers) and numbers == sorted(numbers)
     assert numbers[29:31] == [29, 70]
     assert counter.tolist() == numbers, "the clock says how many were lost"
-    assert remarks == ("40 reading(s) did not come while it was silent",)
+    assert remarks == ("40 readings did not come while it was silent",)
     assert flags[30] == Flag.RESYNC and np.count_nonzero(flags) == 1
 
 

@@ -169,6 +169,34 @@ def test_silence_and_garbage_are_two_kinds_of_timeout() -> None:
         device.read(0.05)
 
 
+def test_frames_that_wait_for_proof_are_not_blamed_on_the_description() -> None:
+    described = imu(100.0)
+    wire = Wire(frames(described, 500, 10))
+    device = SerialImu("p", described, gather=0.0, connect=wire)
+    device.open()
+    device.read(0.1)
+    wire.script = [frames(described, 0, 40)]
+    with pytest.raises(
+        InstrumentTimeout, match="the counter jumped back, and 40 frames wait for proof that the"
+    ):
+        device.read(0.05)
+
+
+def test_lines_with_another_number_of_cells_are_named() -> None:
+    """A separator at the end of each line makes one cell more. The first line may be half of one."""
+    columns = [{"name": "v", "column": 0, "unit": "V"}]
+    for cells, ends in ((1, True), (2, False)):
+        lines = {"separator": ";", "decimal": ",", "cells": cells, "columns": columns}
+        described = Description.of({"model": "T", "rate": 50, "lines": lines})
+        device = SerialImu("p", described, gather=0.0, connect=Wire(b"1,5;\r\n2,5;\r\n3,5;\r\n"))
+        device.open()
+        if not ends:
+            assert device.read(0.05).values[:, 0].tolist()[-2:] == [2.5, 3.5]
+            continue
+        with pytest.raises(InstrumentTimeout, match="2 with another number of cells than described"):
+            device.read(0.05)
+
+
 def test_who_interrupts_is_heard_while_a_sample_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
     clock = VirtualClock()
     follow(clock, monkeypatch)
@@ -218,7 +246,7 @@ def test_half_a_frame_is_given_up_when_the_rest_does_not_come(monkeypatch: pytes
     assert len(block) == 1 and block.flags.tolist() == [Flag.RESYNC] and "12 bytes" in block.remarks[0]
 
 
-@pytest.mark.parametrize(("modulus", "away"), [(256, 700), (65_536, 700), (256, 100)])
+@pytest.mark.parametrize(("modulus", "away"), [(256, 700), (65_536, 700), (256, 100), (256, 512)])
 def test_the_clock_tells_how_often_the_counter_turned(
     modulus: int, away: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -235,6 +263,9 @@ def test_the_clock_tells_how_often_the_counter_turned(
     assert block.counter is not None
     assert block.counter.tolist() == list(range(10 + away, 16 + away))
     assert block.flags.tolist() == [Flag.RESYNC, 0, 0, 0, 0, 0]
+    back = away % modulus > modulus // 2
+    jumped = "the counter jumped back 1 time (a restart, or a wrap)"
+    assert block.remarks == (jumped if back else f"the counter jumped 1 time: {away} samples missing",)
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.5, 1.0])

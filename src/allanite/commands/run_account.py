@@ -21,7 +21,7 @@ _ENDED = {
     "recording": "it is still being recorded",
     "abort": "it was stopped",
     "fail": "it ended with a failure",
-    "unfinished": "it was never closed: the recorder died",
+    "unfinished": "it was never closed: the recorder died, or this is a copy made while it ran",
 }
 
 

@@ -95,11 +95,12 @@ class Listing:
             if start < -0.5 / recording.rate or start >= recording.duration:
                 raise InputError(
                     f"{where}: {start:g} s is outside of the record of {recording.duration:g} s; times count from its "
-                    "first sample"
+                    "first sample: shift them all, or remove the rows that are outside"
                 )
             if default is None and stop > recording.duration + 0.5 / recording.rate:
                 raise InputError(
-                    f"{where}: stop {stop:g} s is after the end of the record, {recording.duration:g} s"
+                    f"{where}: stop {stop:g} s is after the end of the record, {recording.duration:g} s: shift all "
+                    "times, or remove the row"
                 )
             a = max(round(start * recording.rate), out[-1][2] if out else 0)
             out.append((line, a, min(max(round(stop * recording.rate), a), recording.n_samples)))

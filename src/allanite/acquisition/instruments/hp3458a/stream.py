@@ -18,12 +18,13 @@ from allanite.acquisition.instruments.hp3458a.answers import LONGEST_LINE, parse
 from allanite.acquisition.instruments.hp3458a.byte_step import NINE, ByteStep
 from allanite.acquisition.instruments.hp3458a.pace import Pace
 from allanite.lazy_dataclasses import dataclass
+from allanite.plain_files.counted import plural
 
 __all__ = ["Decoded", "IntegerStream", "LineStream", "Stream"]
 
 STALLED = "it resumed after a long silence, perhaps switched off and on; left out until it was queried"
-SILENT = "{} reading(s) did not come while it was silent"
-LOST = "{} reading(s) did not come, by the clock; they may have been lost up to a second before this block"
+SILENT = "{} did not come while it was silent"
+LOST = "{} did not come, by the clock; the loss may lie up to a second before this block"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,7 +165,7 @@ class LineStream(_Arming):
         if placed.surplus:
             values, flags = self._without(twins, values, flags, placed.surplus, remarks)
         if placed.missing and not (breaks or after_break):
-            remarks.append((SILENT if silent else LOST).format(placed.missing))
+            remarks.append((SILENT if silent else LOST).format(plural(placed.missing, "reading")))
             flags[0] |= 0 if silent else Flag.DOUBTFUL
         self.left -= len(values) + (0 if after_break else placed.missing)
         self._last = float(values[-1]) if len(values) else self._last
@@ -188,12 +189,13 @@ class LineStream(_Arming):
         """Take out lines that came twice: the clock says how many there are, equality which."""
         if len(twins) != surplus:
             remarks.append(
-                f"{surplus} reading(s) more than the clock allows, undetermined which; counter doubtful from here"
+                f"{plural(surplus, 'reading')} more than the clock allows, undetermined which; "
+                "counter doubtful from here"
             )
             flags[0] |= Flag.DOUBTFUL | Flag.RESYNC
             self.pace.rebase()
             return values, flags
-        remarks.append(f"{surplus} reading(s) came twice; kept once")
+        remarks.append(f"{plural(surplus, 'reading')} came twice; kept once")
         keep = np.ones(len(values), dtype=bool)
         keep[twins] = False
         return values[keep], flags[keep]
@@ -240,11 +242,11 @@ class IntegerStream(_Arming):
         if placed and placed.surplus:
             self.pace.rebase()
             remarks.append(
-                f"{placed.surplus} reading(s) more than the clock allows; counter doubtful from here"
+                f"{plural(placed.surplus, 'reading')} more than the clock allows; counter doubtful from here"
             )
             flags[:1] |= Flag.DOUBTFUL
         if missing and not after_break:
-            remarks.append((SILENT if silent else LOST).format(missing))
+            remarks.append((SILENT if silent else LOST).format(plural(missing, "reading")))
             flags[:1] |= 0 if silent else Flag.DOUBTFUL
         flags, counter = self.number(values, flags, missing, [])
         return Decoded(

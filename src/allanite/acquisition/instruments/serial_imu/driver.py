@@ -25,6 +25,7 @@ from allanite.acquisition.instruments.serial_imu.layout import PortSettings
 from allanite.acquisition.instruments.serial_imu.port import SerialPort
 from allanite.acquisition.instruments.serial_imu.tally import Tally
 from allanite.errors import InputError, InstrumentError
+from allanite.plain_files.counted import plural
 from allanite.recording.records import Channel
 
 __all__ = ["SerialImu"]
@@ -257,6 +258,11 @@ class SerialImu:
     def _refuse(self, timeout: float, heard: int) -> None:
         if not heard:
             raise InstrumentTimeout(f"{self._name}: no data within {timeout:g} s")
+        if self._framer.held:
+            raise InstrumentTimeout(
+                f"{self._name}: the counter jumped back, and {plural(self._framer.held, 'frame', 'wait')} for proof "
+                "that the device restarted"
+            )
         fresh = self._framer.tally.since(self._told)
         raise InstrumentTimeout(
             f"{self._name}: {heard} bytes arrived within {timeout:g} s but no sample of {self.description.model} "
@@ -264,10 +270,15 @@ class SerialImu:
         )
 
     def _block(self, samples: Samples, received: int) -> Block:
-        silence = self._clock.silence
+        silence, shift = self._clock.silence, self._clock.shift
         placed = self._clock.placed(samples, received)
         tally = self._framer.tally
-        remarks = tally.since(self._told).sentences()
+        fresh = tally.since(self._told)
+        if (
+            shift := self._clock.shift - shift
+        ):  # what only the clock has seen, whole turns of the counter among it
+            fresh.jumps, fresh.lost = max(fresh.jumps, 1), fresh.lost + shift
+        remarks = fresh.sentences()
         if placed.counter is None and placed is not samples:
             remarks = (*remarks, _UNCOUNTED.format(silence))
         self._told = tally
@@ -322,6 +333,11 @@ class NumbersByClock:
         self._heard: int | None = None
         self._counts = counter is not None
         self._longest = 0  # silence since the last block [ns]
+
+    @property
+    def shift(self) -> int:
+        """By how many samples the clock has corrected the counter so far."""
+        return self._shift
 
     @property
     def silence(self) -> float:

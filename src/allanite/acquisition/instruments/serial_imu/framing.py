@@ -123,6 +123,11 @@ class Framer:
         """Bytes that may still become a sample."""
         return self._splitter.pending
 
+    @property
+    def held(self) -> int:
+        """Whole frames whose counter jumped back, and which wait for what follows."""
+        return 0 if self._sequence is None else self._sequence.held
+
     def cut(self) -> None:
         """The stream was interrupted: the half of a frame that is there is dropped, the next sample flagged RESYNC."""
         self._splitter.cut(self._tally)

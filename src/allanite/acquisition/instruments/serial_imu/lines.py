@@ -127,7 +127,7 @@ class LineSplitter:
         tally.skipped += 0 if parsed == "others" else len(line) + 1
         return None
 
-    def _attempt(self, bare: bytes) -> ParsedLine | Literal["failed", "others", "unreadable"]:
+    def _attempt(self, bare: bytes) -> ParsedLine | Literal["failed", "others", "unreadable", "uneven"]:
         """The line, or which count of the tally it belongs to."""
         text = bare.decode("ascii", "replace")
         if not text.isascii() or not text.isprintable():
@@ -139,6 +139,8 @@ class LineSplitter:
         begins = self._lines.begins
         if begins is not None and cells[:1] != [begins]:
             return "others"
+        if len(cells) != self._lines.n_cells:
+            return "uneven"
         try:
             return self._read(bare, cells)
         except ValueError:
@@ -164,8 +166,6 @@ class LineSplitter:
     def _read(self, bare: bytes, cells: list[str]) -> ParsedLine:
         """Raises ValueError where a cell is not what it should be."""
         lines = self._lines
-        if len(cells) != lines.n_cells:
-            raise ValueError
         counter = lines.counter
         return ParsedLine(
             text=bare,

@@ -76,6 +76,11 @@ class Sequence(Generic[Piece]):
         self._number = 0
         self._is_cut = False
 
+    @property
+    def held(self) -> int:
+        """Frames that wait for what follows."""
+        return len(self._held)
+
     def cut(self) -> None:
         """The stream was interrupted: whatever comes next is new, for the port was emptied."""
         self._held.clear()

@@ -24,8 +24,8 @@ class Tally:
         Frames whose checksum is wrong, false headers among garbage included.
     unconfirmed : int
         Frames behind which the next one did not begin.
-    unreadable : int
-        Lines with another number of cells, or cells that are no numbers.
+    unreadable, uneven : int
+        Lines with cells that are no numbers, and with another number of cells than described.
     others : int
         Whole frames or lines of another kind.
     doubled, stale, stray : int
@@ -41,6 +41,7 @@ class Tally:
     failed: int = 0
     unconfirmed: int = 0
     unreadable: int = 0
+    uneven: int = 0
     others: int = 0
     doubled: int = 0
     stale: int = 0
@@ -78,7 +79,9 @@ class Tally:
                 f"left out values beyond their limits in {_many(self.impossible, 'sample')}"
             )
         if self.restarts:
-            said_of_faults.append(f"the counter restarted {_many(self.restarts, 'time')}")
+            said_of_faults.append(
+                f"the counter jumped back {_many(self.restarts, 'time')} (a restart, or a wrap)"
+            )
         if self.jumps > self.restarts:
             said_of_faults.append(
                 f"the counter jumped {_many(self.jumps - self.restarts, 'time')}: "
@@ -93,6 +96,7 @@ class Tally:
                 (self.failed, "a wrong checksum"),
                 (self.unconfirmed, "no frame behind"),
                 (self.unreadable, "unreadable cells"),
+                (self.uneven, "another number of cells than described"),
             )
             if number
         ]
