@@ -274,6 +274,14 @@ def test_the_reason_of_a_gap_may_have_come_before_it_without_a_sample() -> None:
     assert found.gaps[0].reason == "a; b; c; and 1 more"
 
 
+def test_the_reason_of_a_gap_may_have_come_at_the_end_of_the_block_before_it() -> None:
+    numbering = BlockNumbering(RATE)
+    numbering.take(block(0, remarks=("skipped 17 bytes",)), 10**9)
+    assert numbering.take(block(15), 2 * 10**9).gaps[0].reason == "skipped 17 bytes"
+    again = numbering.take(block(30), 3 * 10**9).gaps[0].reason
+    assert "for no reason that the instrument reported" in again  # a remark explains one gap
+
+
 def test_a_gap_over_the_end_of_the_run_counts_up_to_the_end(tmp_path: Path) -> None:
     done, _ = recorded([block(0, 80), block(120, 30, remarks=("lost",))], tmp_path / "run")
     assert (done.samples, done.missing, done.gaps, done.status) == (80, 20, 1, "success")

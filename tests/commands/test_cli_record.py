@@ -213,6 +213,7 @@ def test_a_run_that_was_closed_well_does_not_fail_for_want_of_a_listener(
 def test_the_verdict_names_all_that_is_wrong(capsys: pytest.CaptureFixture[str]) -> None:
     document = {
         "missing": 0, "overloads": 0, "doubtful": 0, "remarks": 0, "gaps": 0, "dropped": 0, "samples": 9,
+        "rate": 200.0, "rate_measured": None,
         "status": "success", "reason": "", "folder": "x", "instrument": {"maker": "", "model": "M", "serial": ""},
     }  # fmt: skip
     for change, said in (
@@ -224,6 +225,10 @@ def test_the_verdict_names_all_that_is_wrong(capsys: pytest.CaptureFixture[str])
         ),
         ({"missing": 4, "doubtful": 2}, "4 samples are missing and 2 are doubtful."),
         ({"missing": 1}, "1 sample is missing."),
+        ({"samples": 0}, "No sample was recorded."),
+        ({"missing": 1, "samples": 0}, "1 sample is missing."),
+        ({"rate_measured": 100.0}, "Nothing is missing, but the rate is not the stated one."),
+        ({"missing": 1, "rate_measured": 100.0}, "1 sample is missing and the rate is not the stated one."),
     ):
         show_captured({**document, **change})
         assert capsys.readouterr().out.splitlines()[0] == said

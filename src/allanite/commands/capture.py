@@ -189,6 +189,8 @@ def captured_document(captured: Captured) -> Mapping[str, Any]:
         "gaps": captured.gaps,
         "overloads": captured.overloads,
         "doubtful": captured.doubtful,
+        "rate": captured.rate,
+        "rate_measured": captured.rate_measured,
         "remarks": captured.remarks,
         "remarks_noted": captured.remarks_noted,
         "dropped": captured.dropped,

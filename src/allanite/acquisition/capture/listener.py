@@ -95,6 +95,7 @@ class Listener(threading.Thread):
         self._numbering = BlockNumbering(instrument.rate)
         self._lost: list[Gap] = []  # of blocks for which there was no room
         self._attempts = 0  # to make the link anew, since the last sample
+        self._rate_told: float | None = None  # stated rate whose contradiction was told
         self._ended = threading.Event()
 
     def stop(self) -> None:
@@ -152,6 +153,7 @@ class Listener(threading.Thread):
         if not len(taken):
             return
         self._attempts = 0
+        self._tell_rate()
         if self._lost:
             taken = _after(self._lost, taken)
         if self.ring.put(taken, len(taken), self._patience.full):
@@ -176,6 +178,19 @@ class Listener(threading.Thread):
             self._header = header
             self._numbering.change(header.rate)
             self.ring.put(header, 0)
+
+    def _tell_rate(self) -> None:
+        """That samples come at another rate than the stated one: once, before a week of them is recorded."""
+        measured, stated = self._numbering.contradicted, self._numbering.rate
+        if measured is not None and stated != self._rate_told:
+            self._rate_told = stated
+            self._tell(
+                "rate",
+                stated=stated,
+                measured=float(f"{measured:.4g}"),
+                text=f"samples arrive at {measured:.4g} Hz by the host's clock, not at the stated {stated:.6g} Hz, "
+                "which averaging times and coefficients use: stop, and correct the rate",
+            )
 
     def _tell(self, kind: str, **facts: Any) -> None:
         self.ring.put(CaptureNote(kind=kind, facts=facts), 0)

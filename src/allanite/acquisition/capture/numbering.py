@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.acquisition.capture.arrivals import Arrivals
+from allanite.acquisition.capture.stated_rate import StatedRate
 from allanite.acquisition.instruments import Block, Flag
 from allanite.lazy_dataclasses import dataclass
 
@@ -19,6 +20,7 @@ __all__ = ["BlockNumbering", "Gap", "Numbered"]
 
 #: Remarks that are named as the reason of a gap; how many there were more is said.
 _NAMED = 3
+_UNEXPLAINED = "the sample number jumped, for no reason that the instrument reported"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,25 +80,34 @@ class BlockNumbering:
 
     def __init__(self, rate: float) -> None:
         self._arrivals = Arrivals(rate)
+        self._stated = StatedRate(rate)
         self._next = 0
         self._last_ns: int | None = None
         self._offset: int | None = None  # from the counter of the instrument to that of the run
         self._interrupted = ""
         self._reasons: list[str] = []  # of blocks that brought remarks and no sample
+        self._recent: list[str] = []  # of the last block with samples, if no gap has used them
 
     @property
     def rate(self) -> float:
         """Nominal samples per second."""
         return self._arrivals.rate
 
+    @property
+    def contradicted(self) -> float | None:
+        """Samples per second by the clock of the host, where these contradict the stated rate [Hz]."""
+        return self._stated.contradicted
+
     def change(self, rate: float) -> None:
         """What comes next comes at another rate."""
+        if rate != self.rate:
+            self._stated = StatedRate(rate)
         self._arrivals.change(rate)
 
     def interrupt(self, reason: str) -> None:
         """What comes next need not follow on what came last: the instrument was silent, or was started again."""
         self._interrupted = self._interrupted or reason
-        self._arrivals.interrupt()
+        self._restart()
 
     def take(self, block: Block, now: int) -> Numbered:
         """Numbers and times of the samples of a block whose last one came `now` [ns]."""
@@ -110,9 +121,11 @@ class BlockNumbering:
         if n:
             self._next, self._last_ns, self._interrupted = int(number[-1]) + 1, now, ""
             self._reasons.clear()
+            self._recent = [] if gaps else list(block.remarks)
             if gaps:
-                self._arrivals.interrupt()
+                self._restart()
             self._arrivals.take(int(number[-1]), now)
+            self._stated.take(int(number[-1]), now)
         else:
             self._reasons += block.remarks
         return Numbered(
@@ -127,6 +140,11 @@ class BlockNumbering:
         if passed < 1:
             return None
         return Gap(counter=self._next, samples=passed, reason=self._interrupted, uncertainty=unsure)
+
+    def _restart(self) -> None:
+        """What comes next is measured by itself."""
+        self._arrivals.interrupt()
+        self._stated.interrupt()
 
     def _numbers(self, block: Block, now: int) -> tuple[NDArray[np.int64], bool, float | None]:
         """Whether the counter of the instrument began anew, and how sure a jump is that the clock has told."""
@@ -175,12 +193,15 @@ class BlockNumbering:
         for i in jumps:
             missing = int(number[i] - before[i] - 1)
             reasons = [*self._reasons, *block.remarks] if i == 0 else list(block.remarks)
-            why = self._interrupted if i == 0 and self._interrupted else _joined(reasons)
+            # A damaged sample at the end of a block leaves its gap before the next one.
+            why = (
+                (i == 0 and self._interrupted) or _joined(reasons) or _joined(self._recent if i == 0 else [])
+            )
             gaps.append(
                 Gap(
                     counter=int(before[i]) + 1,
                     samples=missing,
-                    reason=why or "missing in the counter",
+                    reason=why or _UNEXPLAINED,
                     uncertainty=unsure if i == jumps[-1] else None,
                 )
             )

@@ -65,7 +65,7 @@ def capture(
         Called with the progress, at most some times a second.
     happened : callable, optional
         Called immediately for every event besides samples: its kind ("lost", "silence", "reconnected", "remark",
-        "facts", "gap", "change", "clock", "disk") and its facts.
+        "facts", "rate", "gap", "change", "clock", "disk") and its facts.
 
     Raises
     ------

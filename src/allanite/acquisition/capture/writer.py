@@ -75,6 +75,8 @@ class Captured:
         Of the missing ones, those for which the host was too slow.
     doubtful, resyncs : int
         Of the stored ones, those marked as doubtful, and the first ones after an interruption.
+    rate, rate_measured : float, float or None [Hz]
+        Stated, and by the clock of the host where that contradicts it by more than a percent.
     remarks, remarks_noted : int
         Of the instrument: what went wrong on the wire, and how many of them have a line in the manifest.
     status, reason : str
@@ -90,10 +92,18 @@ class Captured:
     dropped: int
     doubtful: int
     resyncs: int
+    rate: float
+    rate_measured: float | None
     remarks: int
     remarks_noted: int
     status: str
     reason: str
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether there are samples, all with a value and beyond doubt, at the stated rate."""
+        flaws = self.missing or self.overloads or self.doubtful or self.rate_measured
+        return bool(self.samples) and not flaws
 
 
 @dataclass(slots=True)
@@ -128,6 +138,7 @@ class Writer:
     _gone: str = ""  # at the end of the duration
     _doubtful: int = 0
     _resyncs: int = 0
+    _rate_measured: float | None = None
     _remarks: int = 0
     _remarks_noted: int = 0
     _remarks_since: int = 0  # the last look
@@ -184,6 +195,8 @@ class Writer:
             dropped=self._dropped,
             doubtful=self._doubtful,
             resyncs=self._resyncs,
+            rate=self.store.header.rate,
+            rate_measured=self._rate_measured,
             remarks=self._remarks,
             remarks_noted=self._remarks_noted,
             status=status,
@@ -288,6 +301,8 @@ class Writer:
         facts = note.facts
         if note.kind in ("silence", "lost"):
             self._trouble = str(facts["reason"])
+        if note.kind == "rate":
+            self._rate_measured = float(facts["measured"])
         is_remark = note.kind == "remark"
         if is_remark:
             self._remarks += 1

@@ -28,8 +28,8 @@ def record() -> None:
     """Record from an instrument without losing a sample.
 
     The run is a folder under --out. It reads like any other log, finished or not. Ctrl-C ends it cleanly. Exit codes: 0
-    complete, 3 samples missing, empty or doubtful, 2 invalid option (checked before the instrument is used), 1 no
-    instrument or no disk.
+    complete, 3 samples missing, empty or doubtful, or at another rate than stated, 2 invalid option (checked before the
+    instrument is used), 1 no instrument or no disk.
     """
 
 
@@ -92,7 +92,7 @@ def _record(build: Callable[[], Instrument], as_json: bool, unit_file: str | Non
         captured = record_to(instrument, progress=advance, happened=journal(), **options)
     document = captured_document(captured)
     _tell(lambda: print_json(document) if as_json else show_captured(document))
-    return LOSS if captured.missing or captured.overloads or captured.doubtful else 0
+    return 0 if captured.is_whole else LOSS
 
 
 def _tell(show: Callable[[], None]) -> None:

@@ -18,6 +18,7 @@ __all__ = ["journal", "show_captured"]
 _LINES, _SPAN = 10, 600.0
 _LASTING, _HOUR = frozenset({"disk"}), 3600.0
 _NAMED = ("maker", "model", "serial")
+_WHOLE = "Nothing is missing"
 _ENDED = {"success": " No more samples came before the planned end: {}.", "abort": " Stopped by {}."}
 
 
@@ -84,8 +85,9 @@ _WORDS: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
     "reconnected": lambda facts: f"the instrument is back, at attempt {facts['attempt']}",
     "remark": lambda facts: str(facts["text"]),
     "gap": lambda facts: (
-        f"{facts['samples']} samples are missing from number {facts['counter']} on: {facts['reason']}"
+        f"{plural(facts['samples'], 'sample', 'are missing')} from number {facts['counter']} on: {facts['reason']}"
     ),
+    "rate": lambda facts: str(facts["text"]),
     "change": lambda facts: f"{facts['text']}: another part of the run begins",
     "clock": lambda facts: f"{facts['text']}; no interval is affected",
     "disk": lambda facts: str(facts["text"]),
@@ -97,17 +99,18 @@ def show_captured(document: Mapping[str, Any]) -> None:
     from rich.text import Text
 
     out = console()
-    whole = not (document["missing"] or document["overloads"] or document["doubtful"])
+    verdict = _verdict(document)
     ended = _ENDED[document["status"]].format(document["reason"]) if document["reason"] else ""
-    out.print(Text(f"{_verdict(document)}.", TONES["good" if whole else "warning"]) + Text(ended))
+    out.print(Text(f"{verdict}.", TONES["good" if verdict == _WHOLE else "warning"]) + Text(ended))
     named = (document["instrument"][part] for part in _NAMED)
     say_facts(
         out,
         ("instrument", " ".join(part for part in named if part)),
-        ("recorded", f"{document['samples']} samples"),
+        ("recorded", plural(document["samples"], "sample")),
         ("gaps", _gaps(document)),
-        *([("without a value", f"{document['overloads']} samples")] if document["overloads"] else []),
-        *([("doubtful", f"{document['doubtful']} samples")] if document["doubtful"] else []),
+        *([("without a value", plural(document["overloads"], "sample"))] if document["overloads"] else []),
+        *([("doubtful", plural(document["doubtful"], "sample"))] if document["doubtful"] else []),
+        *([("rate", _rate(document))] if document["rate_measured"] else []),
         *([("remarks", _remarks(document))] if document["remarks"] else []),
         ("run", document["folder"]),
     )
@@ -121,12 +124,21 @@ def _verdict(document: Mapping[str, Any]) -> str:
         ("doubtful", "is doubtful", "are doubtful"),
     )
     shortfalls = [f"{n} {one if n == 1 else many}" for key, one, many in states if (n := document[key])]
+    if not document["samples"] and not shortfalls:
+        return "No sample was recorded"
+    if document["rate_measured"]:
+        shortfalls.append("the rate is not the stated one")
     if not shortfalls:
-        return "Nothing is missing"
+        return _WHOLE
     first, rest = shortfalls[0].split(" ", 1)
-    shortfalls[0] = f"{first} sample{'' if first == '1' else 's'} {rest}"
+    if first.isdecimal():
+        shortfalls[0] = f"{first} sample{'' if first == '1' else 's'} {rest}"
     listed = " and ".join(part for part in (", ".join(shortfalls[:-1]), shortfalls[-1]) if part)
-    return listed if document["missing"] else f"Nothing is missing, but {listed}"
+    return listed if document["missing"] else f"{_WHOLE}, but {listed}"
+
+
+def _rate(document: Mapping[str, Any]) -> str:
+    return f"{document['rate_measured']:.4g} Hz by the host's clock, {document['rate']:.6g} Hz stated"
 
 
 def _remarks(document: Mapping[str, Any]) -> str:
@@ -138,5 +150,9 @@ def _remarks(document: Mapping[str, Any]) -> str:
 def _gaps(document: Mapping[str, Any]) -> str:
     if not document["gaps"]:
         return "none"
-    slow = f", {document['dropped']} samples because the host was too slow" if document["dropped"] else ""
+    slow = (
+        f", {plural(document['dropped'], 'sample')} because the host was too slow"
+        if document["dropped"]
+        else ""
+    )
     return f"{document['gaps']}{slow}"
