@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -516,6 +517,33 @@ def test_file_and_signal_that_contradict_each_other_are_both_named(tmp_path: Pat
     assert codes(found) == {"turn_not_listed", "turn_not_seen"}
     a, b = (at(truth["turns"][5][k]) for k in ("start", "stop"))
     assert not found.signs()[a:b].any()  # cut out, though it is not listed
+
+
+@pytest.mark.parametrize("shift", [-40.0, -6.0, 0.3, 6.0, 40.0])
+def test_a_list_of_another_clock_is_told_by_how_much(shift: float, tmp_path: Path) -> None:
+    y, truth = turned(720.0, 53, dwell=lambda chance: chance.uniform(20.0, 45.0))
+    kept = [t for t in truth["turns"] if 0 <= t["start"] + shift and t["stop"] + shift < 720.0]
+    rows = [f"{t['start'] + shift:.2f},{t['stop'] + shift:.2f}" for t in kept]
+    found = read_turns(written(tmp_path, "\n".join(["start,stop", *rows])), record(y))
+    said = [f.message for f in found.findings if f.code == "turn_not_seen"]
+    if abs(shift) < 1:
+        assert not said
+        return
+    (told,) = re.findall(
+        r"if all its times were (\S+) s (earlier|later), (\d+) of these (\d+) would agree", said[0]
+    )
+    assert float(told[0]) == pytest.approx(abs(shift), abs=1.0) and int(told[2]) >= 0.9 * int(told[3])
+    assert told[1] == ("earlier" if shift > 0 else "later")
+
+
+def test_turns_at_random_times_agree_with_no_shift(tmp_path: Path) -> None:
+    y, truth = turned(720.0, 54, dwell=lambda chance: chance.uniform(20.0, 45.0))
+    starts = np.sort(
+        np.random.default_rng(3).choice(np.arange(20, 700, 5), len(truth["turns"]), replace=False)
+    )
+    rows = [f"{start},{start + 2}" for start in starts]
+    found = read_turns(written(tmp_path, "\n".join(["start,stop", *rows])), record(y))
+    assert not any("would agree" in f.message for f in found.findings)
 
 
 @pytest.mark.parametrize(

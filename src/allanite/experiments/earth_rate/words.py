@@ -46,7 +46,7 @@ _MORE_DIRECTIONS = "for an axis in three directions or more use allanite north, 
 
 def distance(rate: float, sd: float, inflation: float) -> str:
     """How many standard deviations there are between the rate and zero."""
-    wider = "" if inflation == 1 else f", widened {inflation:.2f} times"
+    wider = "" if inflation == 1 else f" (widened {inflation:.2f} times)"
     return f"{abs(rate) / sd:.1f} standard deviations{wider}"
 
 

@@ -61,7 +61,7 @@ def two_azimuths(candidates: Sequence[float]) -> str:
 
 
 def _distance(signal_to_noise: float, inflation: float) -> str:
-    widened = "" if inflation == 1 else f", widened {inflation:.2f} times,"
+    widened = "" if inflation == 1 else f" (widened {inflation:.2f} times)"
     return f"{signal_to_noise:.4g} standard deviations{widened}"
 
 

@@ -25,6 +25,10 @@ MISSED, DOUBLED = 1.6, 0.5
 #: A turn so far from a whole number of half turns is named.
 UNLIKE = math.radians(30.0)
 
+#: A shift of a list is looked for where this share of its turns, of so many at least, is not in the signal, and is told
+#: where this share would be: each of the first few is tried against all visible ones up to [s], and agrees within [s].
+_UNSEEN, _FEWEST, _AGREED, _FIRST, _FURTHEST, _NEAR = 0.5, 4, 0.9, 8, 120.0, 1.0
+
 _GIVE_TURNS = "give the turns: --turns FILE, or --dwell SECONDS"
 
 
@@ -275,13 +279,38 @@ def off_schedule(
             surveyed,
             "turn_not_seen",
             f"{len(unseen)} of {plural(len(turns), 'turn')} in the list but not in the signal, at "
-            f"{times(surveyed.rate, unseen)}",
+            f"{times(surveyed.rate, unseen)}{_if_shifted(surveyed.rate, unseen, visible_turns, len(turns))}",
             Severity.WARNING,
             unseen,
             len(unseen),
             "compare list and signal; without a list the turns come from the signal",
             "if the sensor was not turned there, the direction is reversed from there on",
         )
+
+
+def _if_shifted(rate: float, unseen: Sequence[Turn], visible_turns: Sequence[Turn], listed: int) -> str:
+    """Whether the list agrees once all its times are shifted: it was kept by another clock, or from another zero."""
+    if len(unseen) < max(_UNSEEN * listed, _FEWEST):
+        return ""
+    given = np.array([t.start + t.stop for t in unseen]) / (2 * rate)
+    visible = np.sort([t.start + t.stop for t in visible_turns]) / (2 * rate)
+    apart = visible - given[:_FIRST, None]
+    shifts = apart[np.abs(apart) <= _FURTHEST]
+    agree = [_agreeing(given + shift, visible) for shift in shifts]
+    if not agree or max(agree) < _AGREED * len(unseen):
+        return ""
+    # Turns at even intervals agree at many shifts: the smallest is the most likely.
+    shift = min((s for s, n in zip(shifts, agree, strict=True) if n == max(agree)), key=abs)
+    direction = "earlier" if shift < 0 else "later"
+    return f"; if all its times were {abs(shift):.1f} s {direction}, {max(agree)} of these {len(unseen)} would agree"
+
+
+def _agreeing(given: NDArray[np.float64], visible: NDArray[np.float64]) -> int:
+    after = np.clip(np.searchsorted(visible, given), 1, max(len(visible) - 1, 1))
+    nearest = np.minimum(
+        np.abs(visible[after - 1] - given), np.abs(visible[np.minimum(after, len(visible) - 1)] - given)
+    )
+    return int(np.sum(nearest < _NEAR))
 
 
 def times(rate: float, parts: Sequence[Part]) -> str:
