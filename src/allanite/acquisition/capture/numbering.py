@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.acquisition.capture.arrivals import Arrivals
-from allanite.acquisition.capture.stated_rate import StatedRate
+from allanite.acquisition.capture.rate_watch import RateWatch
 from allanite.acquisition.instruments import Block, Flag
 from allanite.lazy_dataclasses import dataclass
 
@@ -80,7 +80,7 @@ class BlockNumbering:
 
     def __init__(self, rate: float) -> None:
         self._arrivals = Arrivals(rate)
-        self._stated = StatedRate(rate)
+        self._stated = RateWatch(rate)
         self._next = 0
         self._last_ns: int | None = None
         self._offset: int | None = None  # from the counter of the instrument to that of the run
@@ -101,7 +101,7 @@ class BlockNumbering:
     def change(self, rate: float) -> None:
         """What comes next comes at another rate."""
         if rate != self.rate:
-            self._stated = StatedRate(rate)
+            self._stated = RateWatch(rate)
         self._arrivals.change(rate)
 
     def interrupt(self, reason: str) -> None:

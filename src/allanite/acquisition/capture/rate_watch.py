@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from allanite.lazy_dataclasses import dataclass
 
-__all__ = ["StatedRate"]
+__all__ = ["RateWatch"]
 
 #: Length of a window: at least so many seconds, and so many blocks.
 _SECONDS, _BLOCKS = 10.0, 10
@@ -17,7 +17,7 @@ _WRONG, _AGREED = 0.01, 0.2
 
 
 @dataclass(slots=True)
-class StatedRate:
+class RateWatch:
     """Compares the stated rate with the rate of uninterrupted windows.
 
     Attributes

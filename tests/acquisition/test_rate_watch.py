@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from allanite.acquisition.capture import Stop, capture
-from allanite.acquisition.capture.stated_rate import StatedRate
+from allanite.acquisition.capture.rate_watch import RateWatch
 from allanite.commands.capture import captured_document
 from allanite.files.store import open_run
 from allanite.views.terminal.capture import show_captured
@@ -20,7 +20,7 @@ SECONDS = 90
 
 
 def taken(rate: float, numbers: np.ndarray, stamps: np.ndarray) -> float | None:
-    stated = StatedRate(rate)
+    stated = RateWatch(rate)
     for number, stamp in zip(numbers.tolist(), stamps.tolist(), strict=True):
         stated.take(number, round(stamp * 1e9))
     return stated.contradicted
@@ -52,7 +52,7 @@ def test_a_stall_of_the_host_and_the_burst_after_it_contradict_no_rate(stall: fl
 
 
 def test_an_interruption_begins_a_window_of_its_own() -> None:
-    stated = StatedRate(100.0)
+    stated = RateWatch(100.0)
     for k in range(200):
         stated.take(100 * k, k * 500_000_000)
         if k % 30 == 29:
