@@ -299,7 +299,7 @@ def test_what_has_no_place_in_a_file_is_said() -> None:
         ("openvins", calibration(), {"intrinsics": "upper"}, "kalibr or rpng"),
         ("openvins", {"format": "allanite-study"}, {}, "takes a calibration"),
         ("imu-tk", 3, {}, "not a int"),
-        ("imu-tk", calibration(), {"walk": "k-only"}, "no option 'walk'; there are: none"),
+        ("imu-tk", calibration(), {"walk": "k-only"}, "no option walk=; there are: none"),
         ("kalibr", calibration(), {}, "has no noise"),
     ],
 )

@@ -139,7 +139,7 @@ def test_white_noise_comes_back_and_no_bias(name: str, sensor: str) -> None:
     said = al.export(name, MODELS, rate=RATE)
     assert "LOST: bias instability and random walk" in said and said.count("LEFT OUT") >= 3
     for option in ({"walk": "k-only"}, {"correlation_time": 9.0}):
-        with pytest.raises(InputError, match=f"no option '{next(iter(option))}'"):
+        with pytest.raises(InputError, match=f"no option {next(iter(option))}="):
             al.export(name, MODELS, rate=RATE, **option)
 
 
@@ -514,7 +514,7 @@ TIMES = {
         ("gazebo", FLICKER, {"filter_rate": -1.0}, "filter_rate"),
         ("kalibr", FLICKER, {"digits": 2}, "digits"),
         ("matlab", FLICKER, {"part": "my part"}, "MATLAB variable"),
-        ("gtsam", FLICKER, {"rostopic": "/imu"}, "no option 'rostopic'"),
+        ("gtsam", FLICKER, {"rostopic": "/imu"}, "no option rostopic="),
         ("openvins", FLICKER, {"intrinsics": "upper"}, "kalibr or rpng"),
         ("openvins", FLICKER, {"model": FLICKER}, "a study itself"),
     ],

@@ -114,7 +114,7 @@ def export(
         "basalt", "maplab", "rovio", "lio-sam", "fast-lio", "ros-imu", "airsim", "carla", "isaac", "mujoco", "webots";
         "cpp", a C++ header: a bias filter for firmware. Of a calibration: "imu-tk". Of either: "openvins"
         (kalibr_imu_chain.yaml).
-    study : Study, dict, mapping of channel name to NoiseModel, or Calibration
+    study : Study, dict, NoiseModel, mapping of channel name to NoiseModel, or Calibration
         A study, its document, or bare models (then `rate` is needed and their `kind` says what they are). For
         "imu-tk", and for "openvins" where there is one, a calibration, its document, or one that holds it.
     path : path, optional
@@ -150,11 +150,12 @@ def export(
     known = options_of(module)
     unknown = [o for o in options if o not in known]
     if unknown:
-        there = ", ".join(known) or "none"
-        raise InputError(f"{name} has no option {unknown[0]!r}; there are: {there}")
+        there = ", ".join(f"{option}=" for option in known) or "none"
+        raise InputError(f"{name} has no option {unknown[0]}=; there are: {there}")
+    study = _by_channel(study)
     if module.TAKES == "calibration" or (module.TAKES == "either" and not _is_study(study)):
         if options.get("model") is not None:
-            options["model"] = _document(options["model"], rate)
+            options["model"] = _document(_by_channel(options["model"]), rate)
         content = module.write(_calibration(study, name), **options)
     else:
         content = module.write(_document(study, rate), **options)
@@ -227,15 +228,23 @@ def _named(document: Any) -> str:
     return f"a {type(document).__name__}"
 
 
-def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
+def _by_channel(study: Any) -> Any:
+    """A noise model by itself as that of a gyro or of an accelerometer; anything else as it is."""
     from allanite.noise import NoiseModel
 
-    if hasattr(study, "to_json") and not isinstance(study, NoiseModel):
+    if not isinstance(study, NoiseModel):
+        return study
+    return {"accelerometer" if study.kind == "acceleration" else "gyro": study}
+
+
+def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
+    if hasattr(study, "to_json"):
         study = study.to_json()
     if not isinstance(study, Mapping) or not study:
         where = "; read a file first: al.Study.load(path), allanite.study.model_file.load_models(path)"
+        given = repr(study) if isinstance(study, (str, os.PathLike)) else type(study).__name__
         raise InputError(
-            f"export needs a study or a mapping of channel names to noise models, not {study!r}"
+            f"export needs a study, a noise model, or a mapping of channel names to noise models, not {given}"
             + (where if isinstance(study, (str, os.PathLike)) else "")
         )
     if not _are_models(study):

@@ -97,7 +97,7 @@ class FilterConditions(Result):
     def _remarks(self) -> Iterator[tuple[FilterRemark, str]]:
         yield (
             FilterRemark.LEVEL,
-            "the level is the true mean rate plus the bias: one axis at rest cannot separate them",
+            "the level is the true mean plus the bias: one axis at rest cannot separate them",
         )
         if not self.drifting:
             yield (

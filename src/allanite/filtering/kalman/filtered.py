@@ -73,7 +73,7 @@ class Filtered(TestedFilter):
     drift, drift_sd : ndarray, shape (n_samples,)
         Sum of all slow noise in each sample, and its standard deviation.
     level, level_sd : float
-        The constant under the drift. It is the true mean rate plus the bias of the sensor: one axis at rest cannot
+        The constant under the drift. It is the true mean plus the bias of the sensor: one axis at rest cannot
         separate the two. A random walk is counted from the beginning of the record.
     terms : dict of str to TermSeries
         Each slow term by its type, at the end of a sample, and the level as it becomes known.
