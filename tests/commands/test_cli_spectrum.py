@@ -115,7 +115,7 @@ def test_figure_of_a_spectrum_alone_and_with_a_model(log: Path) -> None:
     density, ratio = sheet_of(spectrum, model=MODEL).panels
     assert {"gyro", "model", "N", "K"} <= {c.label for c in density.curves}
     assert any("steady" in label.text for label in density.labels)
-    assert "over the model" in ratio.title
+    assert "relative to the model" in ratio.title
     assert al.plot(spectrum, model=MODEL, interactive=True).sheet.panels
     with pytest.raises(InputError, match="needs a model"):
         sheet_of(spectrum, view="ratio")
