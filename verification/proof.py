@@ -29,7 +29,9 @@ CLAIMS = {
     "times once the terms are given",
     "likelihood": "the same where the terms are given: likelihood at most 1.10, moments 1.25",
     "selection": "the right terms rank first where they are resolvable; absent ones reported in at most 5 %",
-    "spectrum": "intervals of a density, a line, the spectral fit; Allan curve and spectrum compared",
+    "spectrum": "intervals of a density and of a line",
+    "spectral_fits": "95 % sets of the fit of the spectrum; noise reported as different in lag and in frequency in at "
+    "most 5 % of records",
     "variation": "constant noise is reported to change in at most 5 % of records; changes are detected, with intervals",
     "held": "a sensor slower than its log: its rate, and N of its values without repeats",
     "contaminated": "contaminated noise (a few percent of samples scatter more): N with and without them; no false "
@@ -70,6 +72,7 @@ HOW = {
     "default_fits": "as a user, and again with the terms given",
     "likelihood": "parts; the terms given; likelihood by law",
     "spectrum": "parts",
+    "spectral_fits": "parts",
     "held": "parts",
     "contaminated": "parts",
     "battery": "parts",

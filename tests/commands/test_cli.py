@@ -255,7 +255,7 @@ def test_six_axes_fit_a_screen_and_details_unfold_what_was_found(
     brief = run("characterize", log, "--out", tmp_path / "faults").out
     assert brief.startswith("2 warnings: stuck, spikes. 6 channels, ")
     assert (
-        "\nwarning stuck: 3 channels: " in brief
+        "\nwarning stuck: 3 channels, e.g. " in brief
         and "\nwarning spikes: acc_y: " in brief
         and "--repair" not in brief
     )

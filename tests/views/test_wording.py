@@ -244,6 +244,15 @@ def test_white_noise_that_is_needed_is_not_called_slow(symbols: list[str], said:
     assert words.startswith("x: ") and said in words
 
 
+def test_a_slow_term_that_is_resolved_is_not_called_a_limit() -> None:
+    resolved = Estimate(symbol="B", value=2.0, lower=1.0, upper=3.0, supported=True)
+    needed = limit_estimate("K", 1.0, "; the record needs this term or one like it")
+    model = al.NoiseModel(terms=(), estimates=(resolved, needed))
+    (words,) = provisos([ChannelModels(name="x", kind="rate", unit="", models=(model,))])
+    assert words.startswith("x: Low-frequency noise besides B is present")
+    assert words.endswith("(K or a similar term): each of these is given as an upper limit.")
+
+
 def test_channels_whose_findings_differ_are_not_given_the_numbers_of_one() -> None:
     """Steps of gyros in mdps and of accelerometers in mg: what a line says names its channel."""
     steps = {"gx": "8.75 mdps", "gy": "8.75 mdps", "ax": "0.061 mg"}

@@ -54,10 +54,14 @@ def _needed(model: NoiseModel) -> Iterator[str]:
     """Limits that must not be read as "no slow noise": one of the terms is there, and which one is open."""
     needed = [e.symbol for e in model.estimates if e.needed]
     if needed:
-        what = "Low-frequency noise" if _SLOW.issuperset(needed) else "Noise beyond the resolved terms"
+        slow = _SLOW.issuperset(needed)
+        resolved = [e.symbol for e in model.estimates if slow and e.supported and e.symbol in _SLOW]
+        what = "Low-frequency noise" if slow else "Noise beyond the resolved terms"
+        what += f" besides {' and '.join(resolved)}" if resolved else ""
+        terms = "of these" if resolved else "term"
         yield (
             f"{what} is present, but the record is too short to tell which term causes it "
-            f"({' or '.join([*needed, 'a similar term'])}): each term is given as an upper limit."
+            f"({' or '.join([*needed, 'a similar term'])}): each {terms} is given as an upper limit."
         )
 
 
