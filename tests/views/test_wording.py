@@ -244,12 +244,15 @@ def test_white_noise_that_is_needed_is_not_called_slow(symbols: list[str], said:
     assert words.startswith("x: ") and said in words
 
 
-def test_a_slow_term_that_is_resolved_is_not_called_a_limit() -> None:
-    resolved = Estimate(symbol="B", value=2.0, lower=1.0, upper=3.0, supported=True)
+@pytest.mark.parametrize(
+    ("symbols", "said"), [(["B"], "B"), (["sigma", "T"], "the Gauss-Markov term"), (["B", "R"], "B and R")]
+)
+def test_a_slow_term_that_is_resolved_is_not_called_a_limit(symbols: list[str], said: str) -> None:
+    resolved = [Estimate(symbol=s, value=2.0, lower=1.0, upper=3.0, supported=True) for s in symbols]
     needed = limit_estimate("K", 1.0, "; the record needs this term or one like it")
-    model = al.NoiseModel(terms=(), estimates=(resolved, needed))
+    model = al.NoiseModel(terms=(), estimates=(*resolved, needed))
     (words,) = provisos([ChannelModels(name="x", kind="rate", unit="", models=(model,))])
-    assert words.startswith("x: Low-frequency noise besides B is present")
+    assert words.startswith(f"x: Low-frequency noise besides {said} is present")
     assert words.endswith("(K or a similar term): each of these is given as an upper limit.")
 
 

@@ -202,7 +202,7 @@ def show_curve(curve: AllanCurve | OverFloor) -> None:
                 f"{scale}",
                 soft_wrap=True,
             )
-    out.print("Gaps and overloads are excluded. Other faults are not looked for: allanite info")
+    out.print("Gaps and overloads are excluded. Other problems are not checked: allanite info")
 
 
 def show_interval_errors(errors: Sequence[IntervalError]) -> None:

@@ -22,6 +22,8 @@ __all__ = ["provisos", "scale_proviso"]
 
 #: Symbols of slow noise.
 _SLOW = {"B", "T", "sigma", "sigma_2", "K", "R"}
+#: Slow terms beside which others may be needed, by the symbol of their amplitude.
+_RESOLVED = {"B": "B", "sigma": "the Gauss-Markov term", "K": "K", "R": "R"}
 
 
 def provisos(channels: Iterable[ChannelModels]) -> list[str]:
@@ -55,7 +57,8 @@ def _needed(model: NoiseModel) -> Iterator[str]:
     needed = [e.symbol for e in model.estimates if e.needed]
     if needed:
         slow = _SLOW.issuperset(needed)
-        resolved = [e.symbol for e in model.estimates if slow and e.supported and e.symbol in _SLOW]
+        shown = {e.symbol for e in model.estimates if slow and e.supported}
+        resolved = [name for symbol, name in _RESOLVED.items() if symbol in shown]
         what = "Low-frequency noise" if slow else "Noise beyond the resolved terms"
         what += f" besides {' and '.join(resolved)}" if resolved else ""
         terms = "of these" if resolved else "term"
