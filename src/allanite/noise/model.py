@@ -23,6 +23,7 @@ from allanite.noise.terms import TERMS, Ramp, Sinusoid, Term, TermType
 from allanite.quantities.display_units import si_unit
 from allanite.quantities.quantity import QuantityStatus
 from allanite.quantities.tabular import Columns, Tabular
+from allanite.recording.records import RATE_OF
 
 __all__ = ["Estimate", "NoiseModel"]
 
@@ -161,7 +162,7 @@ class NoiseModel(Tabular):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "terms", tuple(self.terms))
-        object.__setattr__(self, "kind", _RATE_OF.get(self.kind, self.kind))
+        object.__setattr__(self, "kind", str(RATE_OF.get(self.kind, self.kind)))
         for term in self.terms:
             if type(term) not in _TERM_TYPES and not isinstance(term, Term):  # to ask a protocol takes 10 µs
                 raise InputError(f"a noise model is a sum of terms ({', '.join(TERMS)}), not of {term!r}")
@@ -345,10 +346,6 @@ class NoiseModel(Tabular):
     def __str__(self) -> str:
         parts = (" ".join(f"{s}={getattr(t, s):.4g}" for s in t.symbols) for t in self.terms)
         return f"NoiseModel({'; '.join(parts)})"
-
-
-#: Of samples that are a running sum, the kind of what is summed.
-_RATE_OF = {"angle": "rate", "velocity": "acceleration", "phase": "frequency"}
 
 
 def _sum(x: ArrayLike, parts: Iterable[Array]) -> Array:

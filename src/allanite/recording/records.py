@@ -36,6 +36,7 @@ from allanite.recording.sample_columns import (
 __all__ = [
     "BLOCK",
     "OVERLOAD",
+    "RATE_OF",
     "ArrayColumn",
     "Channel",
     "Column",
@@ -79,7 +80,7 @@ class Kind(StrEnum):
     @property
     def rate(self) -> Kind:
         """Kind of the differences of integrated samples over their interval; of all others the kind itself."""
-        return _RATE_OF.get(self, self)
+        return RATE_OF.get(self, self)
 
     @property
     def noise_bearing(self) -> bool:
@@ -92,7 +93,12 @@ class Kind(StrEnum):
         return self not in (Kind.COUNTS, Kind.UNKNOWN, Kind.OTHER)
 
 
-_RATE_OF = {Kind.ANGLE: Kind.RATE, Kind.VELOCITY: Kind.ACCELERATION, Kind.PHASE: Kind.FREQUENCY}
+#: Of samples that are a running sum, the kind of what is summed.
+RATE_OF: Mapping[str, Kind] = {
+    Kind.ANGLE: Kind.RATE,
+    Kind.VELOCITY: Kind.ACCELERATION,
+    Kind.PHASE: Kind.FREQUENCY,
+}
 _KIND_OF = {
     QuantityKind.ANGLE_RATE: Kind.RATE,
     QuantityKind.ANGLE: Kind.ANGLE,

@@ -51,8 +51,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-#: Kinds whose noise is that of the rate behind them.
-_RATES = {Kind.ANGLE: Kind.RATE, Kind.VELOCITY: Kind.ACCELERATION}
 #: Symbols of statements whose unit is that of another.
 _SYMBOLS = {"minimum": "B"}
 #: Statements that a reason names.
@@ -256,7 +254,7 @@ def hold_against(study: Study | None, datasheet: Datasheet) -> DatasheetJudgemen
     """
     if study is None:
         return DatasheetJudgement(datasheet=datasheet, channels=())
-    kinds = {c.name: _RATES.get(Kind(c.kind), Kind(c.kind)) for c in study.channels}
+    kinds = {c.name: Kind(c.kind).rate for c in study.channels}
     known = [name for name in datasheet.sections if name not in ("gyro", "accelerometer", *kinds)]
     if known:
         raise InputError(
